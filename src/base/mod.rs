@@ -1,0 +1,7 @@
+//! Pure helpers without any knowledge of particles: small vectors, statistics, parallel loops, files and input errors.
+
+pub mod files;
+pub mod input;
+pub mod parallel;
+pub mod statistics;
+pub mod vec3;

@@ -1,0 +1,481 @@
+//! Parallel loops with named schedules, in the meaning that OpenMP gives the names.
+//!
+//! A loop hands its body whole ranges of indices, never single ones, and each index to exactly one worker. Bodies
+//! write only the rows of their own range, so the result cannot depend on the schedule or on the number of threads.
+//! This is the only module of the project with `unsafe` code; the tests below hold it against plain sequential loops.
+
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::str::FromStr;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+/// The most worker threads that may be asked for.
+pub const MAX_THREADS: usize = 1024;
+/// The largest chunk that may be asked for.
+pub const MAX_CHUNK: usize = 1 << 30;
+
+/// How the iterations of a loop are dealt to the workers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Schedule {
+    /// One contiguous share a worker, decided before the loop starts.
+    Static,
+    /// Chunks of a fixed size from a shared counter: OpenMP's `schedule(dynamic, chunk)`, the paper's with 64.
+    Dynamic(NonZeroUsize),
+    /// Chunks that shrink with the remaining work, `max(chunk, remaining / threads)`: OpenMP's `schedule(guided, chunk)`.
+    Guided(NonZeroUsize),
+    /// Work stealing over chunks of a fixed size: what a Rust program would do by default.
+    Rayon(NonZeroUsize),
+}
+
+impl Schedule {
+    /// The forms that [`Schedule::from_str`] reads.
+    pub const ALLOWED: &'static str = "`static`, `dynamic:<chunk>`, `guided:<chunk>` or `rayon:<chunk>` with a chunk of 1 to 1073741824";
+}
+
+impl fmt::Display for Schedule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Schedule::Static => write!(f, "static"),
+            Schedule::Dynamic(chunk) => write!(f, "dynamic:{chunk}"),
+            Schedule::Guided(chunk) => write!(f, "guided:{chunk}"),
+            Schedule::Rayon(chunk) => write!(f, "rayon:{chunk}"),
+        }
+    }
+}
+
+/// A schedule's name that cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{found}` is no loop schedule: allowed are {}", Schedule::ALLOWED)]
+pub struct UnknownSchedule {
+    pub found: String,
+}
+
+impl FromStr for Schedule {
+    type Err = UnknownSchedule;
+
+    fn from_str(text: &str) -> Result<Self, UnknownSchedule> {
+        let unknown = || UnknownSchedule {
+            found: text.to_string(),
+        };
+        if text == "static" {
+            return Ok(Schedule::Static);
+        }
+        let (name, chunk) = text.split_once(':').ok_or_else(unknown)?;
+        let chunk: NonZeroUsize = chunk.parse().map_err(|_| unknown())?;
+        if chunk.get() > MAX_CHUNK {
+            return Err(unknown());
+        }
+        match name {
+            "dynamic" => Ok(Schedule::Dynamic(chunk)),
+            "guided" => Ok(Schedule::Guided(chunk)),
+            "rayon" => Ok(Schedule::Rayon(chunk)),
+            _ => Err(unknown()),
+        }
+    }
+}
+
+/// A team of threads that lives as long as the simulations which share it.
+#[derive(Debug)]
+pub struct Workers {
+    pool: rayon::ThreadPool,
+    schedule: Schedule,
+}
+
+/// The threads could not be started.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot start {threads} threads: {reason}")]
+pub struct ThreadsUnavailable {
+    pub threads: usize,
+    pub reason: String,
+}
+
+impl Workers {
+    /// Starts `threads` workers; worker `k` stays on CPU `cpus[k % cpus.len()]`, or anywhere when `cpus` is empty.
+    pub fn new(
+        threads: usize,
+        schedule: Schedule,
+        cpus: &[usize],
+    ) -> Result<Self, ThreadsUnavailable> {
+        let failed = |reason: String| ThreadsUnavailable { threads, reason };
+        if threads == 0 || threads > MAX_THREADS {
+            return Err(failed(format!("allowed are 1 to {MAX_THREADS}")));
+        }
+        let cpus = cpus.to_vec();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|k| format!("worker-{k}"))
+            .start_handler(move |k| {
+                if !cpus.is_empty() {
+                    pin_current_thread(cpus[k % cpus.len()]);
+                }
+            })
+            .build()
+            .map_err(|error| failed(error.to_string()))?;
+        Ok(Workers { pool, schedule })
+    }
+
+    /// The number of threads that really run.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Runs `body` on one of the workers, from where its loops start fastest.
+    pub fn install<R: Send>(&self, body: impl FnOnce() -> R + Send) -> R {
+        self.pool.install(body)
+    }
+
+    /// The team with the schedule it was made with: for loops over particles.
+    pub fn scheduled(&self) -> Team<'_> {
+        Team {
+            pool: Some(&self.pool),
+            schedule: self.schedule,
+        }
+    }
+
+    /// The team with contiguous shares: for loops over equal rows, where each thread should meet the same memory again.
+    pub fn shared_evenly(&self) -> Team<'_> {
+        Team {
+            pool: Some(&self.pool),
+            schedule: Schedule::Static,
+        }
+    }
+
+    /// A column of `len` copies of `value`, each page first touched by the thread that gets its part of an even share.
+    pub fn column<T: Copy + Send + Sync + Default>(&self, len: usize, value: T) -> Vec<T> {
+        let mut column = vec![T::default(); len];
+        self.shared_evenly()
+            .fill(Rows::new(&mut column), |_, part| part.fill(value));
+        column
+    }
+}
+
+/// Pinning is a wish: where it cannot be had the thread runs on unpinned.
+#[cfg(target_os = "linux")]
+fn pin_current_thread(cpu: usize) {
+    let mut set = rustix::thread::CpuSet::new();
+    if cpu < rustix::thread::CpuSet::MAX_CPU {
+        set.set(cpu);
+        let _ = rustix::thread::sched_setaffinity(None, &set);
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn pin_current_thread(_cpu: usize) {}
+
+/// Who runs a loop, and how its iterations are dealt.
+#[derive(Debug, Clone, Copy)]
+pub struct Team<'a> {
+    pool: Option<&'a rayon::ThreadPool>,
+    schedule: Schedule,
+}
+
+impl Team<'_> {
+    /// The calling thread alone.
+    pub const SERIAL: Team<'static> = Team {
+        pool: None,
+        schedule: Schedule::Static,
+    };
+
+    /// Calls `body` with ranges that together cover `0..len`, each index once.
+    pub fn run(self, len: usize, body: impl Fn(Range<usize>) + Sync) {
+        let Some(pool) = self.pool else {
+            return body(0..len);
+        };
+        match self.schedule {
+            Schedule::Static => {
+                pool.broadcast(|worker| {
+                    let share = |k: usize| {
+                        len / worker.num_threads() * k + k.min(len % worker.num_threads())
+                    };
+                    body(share(worker.index())..share(worker.index() + 1));
+                });
+            }
+            Schedule::Dynamic(chunk) => {
+                let next = AtomicUsize::new(0);
+                pool.broadcast(|_| {
+                    while let Some(range) = claim(&next, len, |_| chunk.get()) {
+                        body(range);
+                    }
+                });
+            }
+            Schedule::Guided(chunk) => {
+                let next = AtomicUsize::new(0);
+                pool.broadcast(|worker| {
+                    let threads = worker.num_threads();
+                    while let Some(range) =
+                        claim(&next, len, |left| chunk.get().max(left / threads))
+                    {
+                        body(range);
+                    }
+                });
+            }
+            Schedule::Rayon(chunk) => pool.install(|| {
+                let chunk = chunk.get();
+                (0..len.div_ceil(chunk))
+                    .into_par_iter()
+                    .with_max_len(1)
+                    .for_each(|k| body(k * chunk..len.min((k + 1) * chunk)));
+            }),
+        }
+    }
+
+    /// Calls `body` with ranges that cover the rows of `columns`, and with exactly those rows of each column.
+    pub fn fill<C: Columns>(self, columns: C, body: impl Fn(Range<usize>, C::Part) + Sync) {
+        let rows = columns.rows();
+        let raw = columns.into_raw();
+        self.run(rows, |range| {
+            // SAFETY: `run` hands out each index once, so no two parts overlap; `range` lies within `rows`; and the
+            // exclusive borrows inside `columns` outlive `run`, which returns only when every body has returned.
+            let part = unsafe { C::part(raw, range.clone()) };
+            body(range, part);
+        });
+    }
+}
+
+/// The next range of `0..len` that nobody has claimed yet; `size` gives its length from what is left.
+fn claim(next: &AtomicUsize, len: usize, size: impl Fn(usize) -> usize) -> Option<Range<usize>> {
+    let mut start = next.load(Ordering::Relaxed);
+    loop {
+        if start >= len {
+            return None;
+        }
+        let end = len.min(start + size(len - start));
+        match next.compare_exchange_weak(start, end, Ordering::Relaxed, Ordering::Relaxed) {
+            Ok(_) => return Some(start..end),
+            Err(now) => start = now,
+        }
+    }
+}
+
+/// Columns of equally many rows that one loop fills together.
+///
+/// # Safety
+/// `part` must touch only the memory of the rows in `range`, and `rows` must bound the ranges for which that is valid.
+pub unsafe trait Columns {
+    type Raw: Copy + Send + Sync;
+    type Part;
+
+    fn rows(&self) -> usize;
+    fn into_raw(self) -> Self::Raw;
+    /// # Safety
+    /// `raw` stems from a borrow that is still alive, `range` lies within its rows, and no other part overlaps it.
+    unsafe fn part(raw: Self::Raw, range: Range<usize>) -> Self::Part;
+}
+
+/// A slice seen as rows of `width` elements; the last row may be shorter.
+#[derive(Debug)]
+pub struct Rows<'a, T> {
+    slice: &'a mut [T],
+    width: usize,
+}
+
+impl<'a, T> Rows<'a, T> {
+    /// One element a row.
+    pub fn new(slice: &'a mut [T]) -> Self {
+        Rows { slice, width: 1 }
+    }
+
+    /// `width` elements a row, at least one.
+    pub fn of_width(slice: &'a mut [T], width: usize) -> Self {
+        Rows {
+            slice,
+            width: width.max(1),
+        }
+    }
+}
+
+/// Where a [`Rows`] lies, so that several threads can each make their own part of it.
+#[derive(Debug)]
+pub struct RawRows<T> {
+    start: *mut T,
+    len: usize,
+    width: usize,
+}
+
+impl<T> Clone for RawRows<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for RawRows<T> {}
+
+// SAFETY: a `RawRows` is only turned back into disjoint exclusive slices, which may be sent when their elements may.
+unsafe impl<T: Send> Send for RawRows<T> {}
+// SAFETY: as above; sharing the address alone gives no access.
+unsafe impl<T: Send> Sync for RawRows<T> {}
+
+// SAFETY: `part` reaches the elements `range * width` alone, clipped to the slice.
+unsafe impl<'a, T: Send> Columns for Rows<'a, T> {
+    type Raw = RawRows<T>;
+    type Part = &'a mut [T];
+
+    fn rows(&self) -> usize {
+        self.slice.len().div_ceil(self.width)
+    }
+
+    fn into_raw(self) -> RawRows<T> {
+        RawRows {
+            start: self.slice.as_mut_ptr(),
+            len: self.slice.len(),
+            width: self.width,
+        }
+    }
+
+    unsafe fn part(raw: RawRows<T>, range: Range<usize>) -> &'a mut [T] {
+        let from = (range.start * raw.width).min(raw.len);
+        let to = (range.end * raw.width).min(raw.len);
+        // SAFETY: `from..to` lies within the borrowed slice, and the caller keeps parts disjoint and the borrow alive.
+        unsafe { std::slice::from_raw_parts_mut(raw.start.add(from), to - from) }
+    }
+}
+
+macro_rules! columns_of_several {
+    ($($name:ident),+) => {
+        // SAFETY: each member keeps to the rows of `range`, and the shortest bounds the range.
+        #[allow(non_snake_case)]
+        unsafe impl<$($name: Columns),+> Columns for ($($name,)+) {
+            type Raw = ($($name::Raw,)+);
+            type Part = ($($name::Part,)+);
+
+            fn rows(&self) -> usize {
+                let ($($name,)+) = self;
+                let rows = [$($name.rows()),+];
+                assert!(rows.iter().all(|&r| r == rows[0]), "columns of one loop have equally many rows: {rows:?}");
+                rows[0]
+            }
+
+            fn into_raw(self) -> Self::Raw {
+                let ($($name,)+) = self;
+                ($($name.into_raw(),)+)
+            }
+
+            unsafe fn part(raw: Self::Raw, range: Range<usize>) -> Self::Part {
+                let ($($name,)+) = raw;
+                // SAFETY: the caller's promise holds for every member.
+                unsafe { ($($name::part($name, range.clone()),)+) }
+            }
+        }
+    };
+}
+
+columns_of_several!(A, B);
+columns_of_several!(A, B, C);
+columns_of_several!(A, B, C, D);
+columns_of_several!(A, B, C, D, E);
+
+/// Lowest index at which something happened in a parallel loop: the same whichever thread came first.
+#[derive(Debug)]
+pub struct FirstIndex(AtomicUsize);
+
+impl Default for FirstIndex {
+    fn default() -> Self {
+        FirstIndex(AtomicUsize::new(usize::MAX))
+    }
+}
+
+impl FirstIndex {
+    /// Records that it happened at `index`.
+    pub fn record(&self, index: usize) {
+        self.0.fetch_min(index, Ordering::Relaxed);
+    }
+
+    /// The lowest recorded index.
+    pub fn get(&self) -> Option<usize> {
+        Some(self.0.load(Ordering::Relaxed)).filter(|&index| index != usize::MAX)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn schedules() -> Vec<Schedule> {
+        [
+            "static",
+            "dynamic:1",
+            "dynamic:64",
+            "guided:1",
+            "guided:7",
+            "rayon:1",
+            "rayon:1000",
+        ]
+        .iter()
+        .map(|name| name.parse().unwrap())
+        .collect()
+    }
+
+    #[test]
+    fn every_schedule_fills_each_row_once_like_the_plain_loop() {
+        for schedule in schedules() {
+            for threads in 1..=3 {
+                let workers = Workers::new(threads, schedule, &[]).unwrap();
+                for len in [0, 1, 2, 63, 64, 65, 1000] {
+                    let (mut single, mut triple) = (vec![0usize; len], vec![0usize; 3 * len]);
+                    workers.scheduled().fill(
+                        (Rows::new(&mut single), Rows::of_width(&mut triple, 3)),
+                        |range, part| {
+                            for (k, i) in range.enumerate() {
+                                part.0[k] += i + 1;
+                                part.1[3 * k..3 * k + 3]
+                                    .iter_mut()
+                                    .for_each(|t| *t += i + 1);
+                            }
+                        },
+                    );
+                    assert!(
+                        single.iter().enumerate().all(|(i, &v)| v == i + 1),
+                        "{schedule} {threads} {len}"
+                    );
+                    assert!(
+                        triple.iter().enumerate().all(|(i, &v)| v == i / 3 + 1),
+                        "{schedule} {threads} {len}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_short_last_row_is_clipped() {
+        let mut values = vec![0; 10];
+        Team::SERIAL.fill(Rows::of_width(&mut values, 4), |range, part| {
+            assert_eq!((range, part.len()), (0..3, 10));
+            part.fill(1);
+        });
+        assert_eq!(values, [1; 10]);
+    }
+
+    #[test]
+    fn schedules_read_back_what_they_print() {
+        for schedule in schedules() {
+            assert_eq!(schedule.to_string().parse(), Ok(schedule));
+        }
+        for wrong in [
+            "",
+            "dynamic",
+            "dynamic:0",
+            "dynamic:-1",
+            "dynamic:1.5",
+            "fair:64",
+            "static:4",
+            "rayon:1073741825",
+        ] {
+            let error = wrong.parse::<Schedule>().unwrap_err().to_string();
+            assert!(
+                error.contains(wrong) && error.contains("dynamic:<chunk>"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn threads_out_of_range_are_refused() {
+        for threads in [0, MAX_THREADS + 1] {
+            assert!(Workers::new(threads, Schedule::Static, &[]).is_err());
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Rigid collision of particles that came too close.
+//!
+//! For fluid `i` and each `j` within the collision distance, one after another: with `e = r_ij / r`, the current `u_i`
+//! and `j`'s velocity from before the phase, `s = (u_i - u_j) . e`; if they approach (`s > 0`),
+//! `u_i -= s (1 + restitution) / 2 e`. All new velocities take effect together: `x_i += (u_new - u_old) dt`,
+//! `u = u_new` (the textbook's collision model, equal masses).
+
+use crate::base::parallel::{FirstIndex, Rows};
+use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, is_finite, scale, sub};
+use crate::engine::error::SimulationError;
+use crate::engine::parameters::Parameters;
+use crate::engine::particles::{Kind, Particles};
+use crate::engine::phase::{Phase, Probe, within};
+use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::stage::{Stage, State};
+
+/// When and how particles collide.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Collision {
+    /// Distance below which two particles collide, in particle distances.
+    pub distance: f64,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+}
+
+/// The stage, with the velocities after the collisions beside those from before.
+#[derive(Debug)]
+pub struct Collisions {
+    distance_m: f64,
+    /// `(1 + restitution) / 2`.
+    share: f64,
+    time_step_s: f64,
+    velocity_after: Vec<Vec3>,
+}
+
+impl Collisions {
+    pub fn new<C: CandidateSearch>(
+        collision: Collision,
+        parameters: &Parameters,
+        state: &State<C>,
+    ) -> Self {
+        Collisions {
+            distance_m: collision.distance * parameters.particle_distance_m,
+            share: (1.0 + collision.restitution) / 2.0,
+            time_step_s: parameters.time_step_s,
+            velocity_after: state.workers.column(state.particles.len(), ZERO),
+        }
+    }
+
+    fn collide<C: CandidateSearch, T: DistanceTest>(
+        &mut self,
+        state: &State<C>,
+        broken: &FirstIndex,
+    ) {
+        let (near, velocity, kind) = (
+            state.neighborhood(),
+            &state.particles.velocity,
+            &state.particles.kind,
+        );
+        let (distance_m, share) = (self.distance_m, self.share);
+        state.team().fill(
+            Rows::new(&mut self.velocity_after),
+            |range, velocity_after| {
+                for (i, after) in range.zip(velocity_after) {
+                    let mut u_i = velocity[i];
+                    if kind[i] == Kind::Fluid {
+                        near.for_each_neighbor::<T>(i, distance_m, |j, r_ij, r| {
+                            let e = scale(1.0 / r, r_ij);
+                            let approach = dot(sub(u_i, velocity[j]), e);
+                            if !approach.is_finite() {
+                                broken.record(i);
+                            }
+                            if approach > 0.0 {
+                                u_i = add_scaled(u_i, -(approach * share), e);
+                            }
+                        });
+                        if !is_finite(u_i) {
+                            broken.record(i);
+                        }
+                    }
+                    *after = u_i;
+                }
+            },
+        );
+    }
+
+    fn take_effect<C: CandidateSearch>(&self, state: &mut State<C>) {
+        let Particles {
+            kind,
+            position,
+            velocity,
+            ..
+        } = &mut state.particles;
+        let columns = (Rows::new(position), Rows::new(velocity));
+        state
+            .workers
+            .scheduled()
+            .fill(columns, |range, (position, velocity)| {
+                for (k, i) in range.enumerate() {
+                    if kind[i] == Kind::Fluid {
+                        let change = sub(self.velocity_after[i], velocity[k]);
+                        position[k] = add_scaled(position[k], self.time_step_s, change);
+                        velocity[k] = self.velocity_after[i];
+                    }
+                }
+            });
+        state.positions_changed();
+    }
+}
+
+impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for Collisions {
+    fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
+        state.refresh(probe)?;
+        let broken = FirstIndex::default();
+        within(probe, Phase::Collision, || {
+            self.collide::<C, T>(state, &broken);
+            state.require_finite(&broken, Phase::Collision, "velocity")?;
+            self.take_effect(state);
+            Ok(())
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.velocity_after[..])
+    }
+}

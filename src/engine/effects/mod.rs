@@ -1,0 +1,6 @@
+//! Physical effects, one a file. A scene runs exactly those that it names.
+
+pub mod collision;
+pub mod gravity;
+pub mod motion;
+pub mod viscosity;

@@ -1,0 +1,31 @@
+//! How a simulation can end before its time.
+
+use crate::engine::phase::Phase;
+use crate::engine::pressure::conjugate_gradient::CgError;
+
+/// Why a step could not be completed. Nothing of the broken step is ever reported as a result.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    #[error(
+        "step {step}, phase {phase}: particles {particle} and {other} are at distance zero, where the weight function \
+         has no value; move one of them apart in the scene, or shorten the time step"
+    )]
+    Coincident {
+        step: usize,
+        phase: Phase,
+        particle: usize,
+        other: usize,
+    },
+    #[error(
+        "step {step}, phase {phase}: the {quantity} of particle {particle} is not finite; shorten the time step \
+         (`--set time_step_s=...`) or look at the particle's neighbourhood in the step before"
+    )]
+    NotFinite {
+        step: usize,
+        phase: Phase,
+        particle: usize,
+        quantity: &'static str,
+    },
+    #[error("step {step}, phase cg: {source}")]
+    Solver { step: usize, source: CgError },
+}

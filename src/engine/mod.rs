@@ -1,0 +1,17 @@
+//! The semi-implicit MPS engine: moving particles, nothing else.
+//!
+//! It knows no file, no clock and no file format. Modules stand in the order in which they build on one another:
+//! `particles <- kernel <- search <- {effects, pressure} <- simulation <- diagnostics`.
+
+pub mod diagnostics;
+pub mod effects;
+pub mod error;
+pub mod kernel;
+pub mod parameters;
+pub mod particles;
+pub mod phase;
+pub mod preset;
+pub mod pressure;
+pub mod search;
+pub mod simulation;
+pub mod stage;

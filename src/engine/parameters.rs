@@ -1,0 +1,81 @@
+//! The constants of a simulation, as data: what a scene says about the fluid, the scheme and its effects.
+
+use crate::base::vec3::Vec3;
+use crate::engine::effects::{collision::Collision, gravity::Gravity, viscosity::Viscosity};
+use crate::engine::kernel::Reference;
+use crate::engine::pressure::Pressure;
+
+/// Everything that does not change while a simulation runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// Spacing `l0` of the particles, metres.
+    pub particle_distance_m: f64,
+    /// Length of a time step, seconds.
+    pub time_step_s: f64,
+    /// Density of the fluid, kg/m3.
+    pub density_kg_m3: f64,
+    pub radii: Radii,
+    pub domain: Domain,
+    pub effects: Effects,
+}
+
+/// Influence radii in units of the particle distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radii {
+    pub number_density: f64,
+    pub gradient: f64,
+    pub laplacian: f64,
+}
+
+/// The box in which particles are sorted into buckets; outside of it a fluid particle becomes a ghost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Domain {
+    /// Lower corner, metres.
+    pub low: Vec3,
+    /// Upper corner, metres.
+    pub high: Vec3,
+}
+
+/// The effects that a scene names. What is `None` has no stage, no phase and no column.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Effects {
+    pub gravity: Option<Gravity>,
+    pub viscosity: Option<Viscosity>,
+    pub collision: Option<Collision>,
+    pub pressure: Option<Pressure>,
+}
+
+impl Parameters {
+    /// `re_n` in metres.
+    pub fn number_density_radius_m(&self) -> f64 {
+        self.radii.number_density * self.particle_distance_m
+    }
+
+    /// `re_g` in metres.
+    pub fn gradient_radius_m(&self) -> f64 {
+        self.radii.gradient * self.particle_distance_m
+    }
+
+    /// `re_L` in metres.
+    pub fn laplacian_radius_m(&self) -> f64 {
+        self.radii.laplacian * self.particle_distance_m
+    }
+
+    /// The largest radius, metres: the side of a bucket, so that the 27 buckets around a particle hold its neighbours.
+    pub fn bucket_side_m(&self) -> f64 {
+        self.number_density_radius_m()
+            .max(self.gradient_radius_m())
+            .max(self.laplacian_radius_m())
+    }
+
+    /// The reference sums `n0` and `lambda` for a radius in metres.
+    pub fn reference(&self, radius_m: f64) -> Reference {
+        Reference::on_lattice(self.particle_distance_m, radius_m)
+    }
+
+    /// The factor `2 D / (n0_L lambda)` of the Laplacian model, 1/m2 (Koshizuka & Oka 1996).
+    pub fn laplacian_factor(&self) -> f64 {
+        let reference = self.reference(self.laplacian_radius_m());
+        2.0 * crate::engine::kernel::DIMENSIONS / (reference.number_density * reference.lambda_m2)
+    }
+}

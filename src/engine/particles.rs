@@ -1,0 +1,141 @@
+//! Particles as columns: one entry a particle, its index being its identity for the whole run.
+
+use crate::base::parallel::{Rows, Workers};
+use crate::base::vec3::{Vec3, ZERO};
+
+/// What a particle is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[repr(u8)]
+pub enum Kind {
+    /// Moves, has a pressure.
+    Fluid,
+    /// Stands still, has a pressure: the wall layers next to the fluid.
+    Wall,
+    /// Stands still, has no pressure: the outer layers, which only complete the walls' neighbourhoods.
+    DummyWall,
+    /// Left the bucket domain: out of all sums for good, velocity and pressure zero.
+    #[default]
+    Ghost,
+}
+
+impl Kind {
+    pub const ALL: [Kind; 4] = [Kind::Fluid, Kind::Wall, Kind::DummyWall, Kind::Ghost];
+
+    /// The name in every file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Fluid => "fluid",
+            Kind::Wall => "wall",
+            Kind::DummyWall => "dummy_wall",
+            Kind::Ghost => "ghost",
+        }
+    }
+
+    /// The kind with that name.
+    pub fn from_name(name: &str) -> Option<Kind> {
+        Kind::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+}
+
+/// One particle as a scene places it: at rest unless it says otherwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InitialParticle {
+    pub kind: Kind,
+    /// Metres.
+    pub position: Vec3,
+    /// Metres per second.
+    pub velocity: Vec3,
+    /// Pascals.
+    pub pressure: f64,
+}
+
+impl InitialParticle {
+    pub fn at_rest(kind: Kind, position: Vec3) -> Self {
+        InitialParticle {
+            kind,
+            position,
+            velocity: ZERO,
+            pressure: 0.0,
+        }
+    }
+}
+
+/// All particles, a column a field. Columns that no effect of the scene needs are empty.
+#[derive(Debug, Clone, Default)]
+pub struct Particles {
+    pub kind: Vec<Kind>,
+    /// Metres.
+    pub position: Vec<Vec3>,
+    /// Metres per second.
+    pub velocity: Vec<Vec3>,
+    /// Metres per second squared; zero between two stages that move particles.
+    pub acceleration: Vec<Vec3>,
+    /// Pascals; empty in a scene without pressure.
+    pub pressure: Vec<f64>,
+    /// Dimensionless sum of weights; empty in a scene without pressure.
+    pub number_density: Vec<f64>,
+}
+
+impl Particles {
+    /// Columns in memory that the workers touch first, each its own part.
+    pub fn new(initial: &[InitialParticle], workers: &Workers) -> Self {
+        let count = initial.len();
+        let mut particles = Particles {
+            kind: workers.column(count, Kind::Ghost),
+            position: workers.column(count, ZERO),
+            velocity: workers.column(count, ZERO),
+            acceleration: workers.column(count, ZERO),
+            pressure: Vec::new(),
+            number_density: Vec::new(),
+        };
+        let columns = (
+            Rows::new(&mut particles.kind),
+            Rows::new(&mut particles.position),
+            Rows::new(&mut particles.velocity),
+        );
+        workers
+            .shared_evenly()
+            .fill(columns, |range, (kind, position, velocity)| {
+                for (k, particle) in initial[range].iter().enumerate() {
+                    (kind[k], position[k], velocity[k]) =
+                        (particle.kind, particle.position, particle.velocity);
+                }
+            });
+        particles
+    }
+
+    /// Adds the columns that pressure needs.
+    pub fn add_pressure_columns(&mut self, initial: &[InitialParticle], workers: &Workers) {
+        self.pressure = workers.column(self.len(), 0.0);
+        self.number_density = workers.column(self.len(), 0.0);
+        for (pressure, particle) in self.pressure.iter_mut().zip(initial) {
+            *pressure = particle.pressure;
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.kind.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.kind.is_empty()
+    }
+
+    /// How many particles are of `kind` now.
+    pub fn count(&self, kind: Kind) -> usize {
+        self.kind.iter().filter(|&&k| k == kind).count()
+    }
+
+    /// Bytes that the columns take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.kind[..])
+            + [&self.position, &self.velocity, &self.acceleration]
+                .map(|c| size_of_val(&c[..]))
+                .iter()
+                .sum::<usize>()
+            + [&self.pressure, &self.number_density]
+                .map(|c| size_of_val(&c[..]))
+                .iter()
+                .sum::<usize>()
+    }
+}

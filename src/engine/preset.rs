@@ -1,0 +1,110 @@
+//! How a simulation is computed, as opposed to what: the presets and the options that a preset sets.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::base::parallel::Schedule;
+use crate::engine::pressure::conjugate_gradient::CgParams;
+use crate::engine::pressure::matrix::Storage;
+
+/// A neighbour search by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Search {
+    LinkedList,
+    AosRelocation,
+    BruteForce,
+}
+
+/// How distances are compared, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Test {
+    Sqrt,
+    Squared,
+}
+
+/// Everything that may change the time of a simulation. Nothing here but `cg.tolerance` may change its answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    pub search: Search,
+    pub distance_test: Test,
+    pub storage: Storage,
+    pub schedule: Schedule,
+    pub cg: CgParams,
+}
+
+/// The searches by preset name. The paper's two differ in this one field.
+const PRESETS: [(&str, Search); 3] = [
+    ("paper-linked-list", Search::LinkedList),
+    ("paper-aos-relocation", Search::AosRelocation),
+    ("brute-force", Search::BruteForce),
+];
+
+/// A named set of options.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Preset(usize);
+
+impl Preset {
+    pub const PAPER_LINKED_LIST: Preset = Preset(0);
+    pub const PAPER_AOS_RELOCATION: Preset = Preset(1);
+
+    pub fn all() -> impl Iterator<Item = Preset> {
+        (0..PRESETS.len()).map(Preset)
+    }
+
+    pub fn name(self) -> &'static str {
+        PRESETS[self.0].0
+    }
+
+    /// The preset's options: what the paper states or, where it is silent, what ARCHITECTURE.md says.
+    pub fn options(self) -> Options {
+        Options {
+            search: PRESETS[self.0].1,
+            distance_test: Test::Sqrt,
+            storage: Storage::Ell,
+            schedule: Schedule::Dynamic(const { std::num::NonZeroUsize::new(64).unwrap() }),
+            cg: CgParams::default(),
+        }
+    }
+}
+
+impl fmt::Display for Preset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Preset {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Preset::all()
+            .find(|preset| preset.name() == text)
+            .ok_or_else(|| {
+                let names: Vec<&str> = Preset::all().map(Preset::name).collect();
+                format!("`{text}` is no preset: allowed are {}", names.join(", "))
+            })
+    }
+}
+
+impl fmt::Display for Test {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Test::Sqrt => "sqrt",
+            Test::Squared => "squared",
+        })
+    }
+}
+
+impl FromStr for Test {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "sqrt" => Ok(Test::Sqrt),
+            "squared" => Ok(Test::Squared),
+            _ => Err(format!(
+                "`{text}` is no distance test: allowed are `sqrt` or `squared`"
+            )),
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! The conjugate gradient method (Hestenes & Stiefel 1952) for symmetric positive definite systems.
+//!
+//! It starts from zero and stops when the residual of its recurrence, `|A p - b|` in the 2-norm, is at most
+//! `tolerance |b|`. The true residual is computed at the end: a recurrence that drifted away from it is an error, never
+//! a silent acceptance. Dot products run in fixed blocks of [`BLOCK`] rows that are added in order, so that the bits do
+//! not depend on the number of threads.
+
+use crate::base::parallel::{Rows, Team, Workers};
+use crate::engine::pressure::poisson::Poisson;
+
+/// Rows of a block of a dot product.
+pub const BLOCK: usize = 256;
+
+/// Who computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CgMode {
+    Serial,
+    Parallel,
+}
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CgParams {
+    /// Largest residual relative to the source, in the 2-norm.
+    pub tolerance: f64,
+    pub max_iterations: usize,
+    pub mode: CgMode,
+}
+
+impl CgParams {
+    pub const DEFAULT_TOLERANCE: f64 = 1e-8;
+    pub const DEFAULT_MAX_ITERATIONS: usize = 10_000;
+
+    /// The largest true residual that is accepted: rounding lets the recurrence run ahead of it by a little.
+    fn acceptable(&self) -> f64 {
+        10.0 * self.tolerance + 1e-12
+    }
+}
+
+impl Default for CgParams {
+    fn default() -> Self {
+        CgParams {
+            tolerance: Self::DEFAULT_TOLERANCE,
+            max_iterations: Self::DEFAULT_MAX_ITERATIONS,
+            mode: CgMode::Parallel,
+        }
+    }
+}
+
+/// What a solve took.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CgInfo {
+    pub iterations: usize,
+    /// True residual relative to the source; 0 where the source is zero.
+    pub residual: f64,
+}
+
+/// Why a solve gave no solution.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum CgError {
+    #[error(
+        "the pressure matrix is not positive definite (d.Ad = {curvature:e} in iteration {iteration})"
+    )]
+    NotPositiveDefinite { curvature: f64, iteration: usize },
+    #[error(
+        "the conjugate gradient method did not converge: relative residual {residual:e} after {iterations} iterations; \
+         allow a larger `--cg-tolerance`"
+    )]
+    NotConverged { residual: f64, iterations: usize },
+}
+
+/// The solver and its vectors, a row an unknown.
+#[derive(Debug)]
+pub struct ConjugateGradient {
+    params: CgParams,
+    solution: Vec<f64>,
+    residual: Vec<f64>,
+    direction: Vec<f64>,
+    product: Vec<f64>,
+    partial: Vec<f64>,
+}
+
+impl ConjugateGradient {
+    pub fn new(params: CgParams) -> Self {
+        ConjugateGradient {
+            params,
+            solution: Vec::new(),
+            residual: Vec::new(),
+            direction: Vec::new(),
+            product: Vec::new(),
+            partial: Vec::new(),
+        }
+    }
+
+    /// The pressures of the last solve, Pa.
+    pub fn solution(&self) -> &[f64] {
+        &self.solution
+    }
+
+    /// Solves the system of this step.
+    pub fn solve(&mut self, poisson: &Poisson, workers: &Workers) -> Result<CgInfo, CgError> {
+        self.start(&poisson.source);
+        if poisson.quiet {
+            return Ok(CgInfo::default());
+        }
+        let team = match self.params.mode {
+            CgMode::Serial => Team::SERIAL,
+            CgMode::Parallel => workers.shared_evenly(),
+        };
+        let source_norm2 = blocked_dot(&poisson.source, &poisson.source, &mut self.partial, team);
+        let target = self.params.tolerance * source_norm2.sqrt();
+        let (mut norm2, mut iterations) = (source_norm2, 0);
+        while norm2.sqrt() > target {
+            if iterations == self.params.max_iterations {
+                let residual = norm2.sqrt() / source_norm2.sqrt();
+                return Err(CgError::NotConverged {
+                    residual,
+                    iterations,
+                });
+            }
+            iterations += 1;
+            let curvature = self.multiply(poisson, team);
+            if !(curvature > 0.0 && curvature.is_finite()) {
+                return Err(CgError::NotPositiveDefinite {
+                    curvature,
+                    iteration: iterations,
+                });
+            }
+            let before = norm2;
+            norm2 = self.advance(before / curvature, team);
+            self.turn(norm2 / before, team);
+        }
+        let residual = self.true_residual(poisson, team) / source_norm2.sqrt();
+        if residual > self.params.acceptable() || !residual.is_finite() {
+            return Err(CgError::NotConverged {
+                residual,
+                iterations,
+            });
+        }
+        Ok(CgInfo {
+            iterations,
+            residual,
+        })
+    }
+
+    fn start(&mut self, source: &[f64]) {
+        self.solution.clear();
+        self.solution.resize(source.len(), 0.0);
+        self.product.clear();
+        self.product.resize(source.len(), 0.0);
+        self.partial.resize(source.len().div_ceil(BLOCK), 0.0);
+        for vector in [&mut self.residual, &mut self.direction] {
+            vector.clear();
+            vector.extend_from_slice(source);
+        }
+    }
+
+    /// `product = A direction`; returns `direction . product`.
+    fn multiply(&mut self, poisson: &Poisson, team: Team<'_>) -> f64 {
+        let direction = &self.direction;
+        let columns = (
+            Rows::of_width(&mut self.product, BLOCK),
+            Rows::new(&mut self.partial),
+        );
+        team.fill(columns, |blocks, (product, partial)| {
+            for ((block, product), partial) in blocks.zip(product.chunks_mut(BLOCK)).zip(partial) {
+                let first = block * BLOCK;
+                for (k, product) in product.iter_mut().enumerate() {
+                    *product = poisson.matrix.row_product(first + k, direction);
+                }
+                *partial = dot(product, &direction[first..first + product.len()]);
+            }
+        });
+        self.partial.iter().sum()
+    }
+
+    /// `solution += alpha direction`, `residual -= alpha product`; returns the residual's square.
+    fn advance(&mut self, alpha: f64, team: Team<'_>) -> f64 {
+        let (direction, product) = (&self.direction, &self.product);
+        let columns = (
+            Rows::of_width(&mut self.solution, BLOCK),
+            Rows::of_width(&mut self.residual, BLOCK),
+            Rows::new(&mut self.partial),
+        );
+        team.fill(columns, |blocks, (solution, residual, partial)| {
+            let vectors = solution
+                .chunks_mut(BLOCK)
+                .zip(residual.chunks_mut(BLOCK))
+                .zip(partial);
+            for (block, ((solution, residual), partial)) in blocks.zip(vectors) {
+                let rows = block * BLOCK..block * BLOCK + solution.len();
+                for (x, d) in solution.iter_mut().zip(&direction[rows.clone()]) {
+                    *x += alpha * d;
+                }
+                for (r, q) in residual.iter_mut().zip(&product[rows]) {
+                    *r -= alpha * q;
+                }
+                *partial = dot(residual, residual);
+            }
+        });
+        self.partial.iter().sum()
+    }
+
+    /// `direction = residual + beta direction`.
+    fn turn(&mut self, beta: f64, team: Team<'_>) {
+        let residual = &self.residual;
+        team.fill(
+            Rows::of_width(&mut self.direction, BLOCK),
+            |blocks, direction| {
+                let first = blocks.start * BLOCK;
+                for (d, r) in direction.iter_mut().zip(&residual[first..]) {
+                    *d = r + beta * *d;
+                }
+            },
+        );
+    }
+
+    /// `|A solution - b|`.
+    fn true_residual(&mut self, poisson: &Poisson, team: Team<'_>) -> f64 {
+        let solution = &self.solution;
+        team.fill(
+            Rows::of_width(&mut self.residual, BLOCK),
+            |blocks, residual| {
+                for (row, residual) in (blocks.start * BLOCK..).zip(residual) {
+                    *residual = poisson.matrix.row_product(row, solution) - poisson.source[row];
+                }
+            },
+        );
+        blocked_dot(&self.residual, &self.residual, &mut self.partial, team).sqrt()
+    }
+
+    pub fn bytes(&self) -> usize {
+        [
+            &self.solution,
+            &self.residual,
+            &self.direction,
+            &self.product,
+            &self.partial,
+        ]
+        .iter()
+        .map(|vector| vector.capacity() * size_of::<f64>())
+        .sum()
+    }
+}
+
+/// `a . b` in fixed blocks.
+fn blocked_dot(a: &[f64], b: &[f64], partial: &mut [f64], team: Team<'_>) -> f64 {
+    team.fill(Rows::new(partial), |blocks, partial| {
+        for (block, partial) in blocks.zip(partial) {
+            let rows = block * BLOCK..a.len().min((block + 1) * BLOCK);
+            *partial = dot(&a[rows.clone()], &b[rows]);
+        }
+    });
+    partial.iter().sum()
+}
+
+/// `a . b` in eight interleaved strands, which the compiler may keep in vector registers.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a8, a_rest), (b8, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut strand = [0.0; 8];
+    for (a, b) in a8.iter().zip(b8) {
+        for k in 0..8 {
+            strand[k] += a[k] * b[k];
+        }
+    }
+    for (strand, (a, b)) in strand.iter_mut().zip(a_rest.iter().zip(b_rest)) {
+        *strand += a * b;
+    }
+    ((strand[0] + strand[1]) + (strand[2] + strand[3]))
+        + ((strand[4] + strand[5]) + (strand[6] + strand[7]))
+}

@@ -1,0 +1,91 @@
+//! Who has which boundary condition: free surface, unknown pressure, or none.
+
+use crate::base::parallel::Rows;
+use crate::engine::parameters::Parameters;
+use crate::engine::particles::Kind;
+use crate::engine::pressure::Pressure;
+use crate::engine::search::{CandidateSearch, NONE};
+use crate::engine::stage::State;
+
+/// A particle's part in the pressure equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Label {
+    /// Dummy walls and ghosts: no pressure.
+    #[default]
+    Outside,
+    /// `n_i < beta n0`: pressure zero.
+    Surface,
+    /// Everyone else: pressure unknown.
+    Inner,
+}
+
+/// The labels of all particles, and the numbering of the unknowns.
+#[derive(Debug)]
+pub struct Unknowns {
+    /// `beta n0`.
+    threshold: f64,
+    pub label: Vec<Label>,
+    /// The particle of each row, ascending.
+    pub rows: Vec<u32>,
+    /// The row of each inner particle; [`NONE`] for the others.
+    pub row_of: Vec<u32>,
+}
+
+impl Unknowns {
+    pub fn new<C: CandidateSearch>(
+        pressure: Pressure,
+        parameters: &Parameters,
+        state: &State<C>,
+    ) -> Self {
+        let count = state.particles.len();
+        let reference = parameters.reference(parameters.number_density_radius_m());
+        Unknowns {
+            threshold: pressure.surface_threshold * reference.number_density,
+            label: state.workers.column(count, Label::Outside),
+            rows: Vec::with_capacity(count),
+            row_of: state.workers.column(count, NONE),
+        }
+    }
+
+    /// Labels every particle by its number density, and numbers the inner ones.
+    pub fn find<C: CandidateSearch>(&mut self, state: &State<C>) {
+        let (kind, number_density, threshold) = (
+            &state.particles.kind,
+            &state.particles.number_density,
+            self.threshold,
+        );
+        state
+            .team()
+            .fill(Rows::new(&mut self.label), |range, label| {
+                for (i, label) in range.zip(label) {
+                    *label = match kind[i] {
+                        Kind::DummyWall | Kind::Ghost => Label::Outside,
+                        Kind::Fluid | Kind::Wall if number_density[i] < threshold => Label::Surface,
+                        Kind::Fluid | Kind::Wall => Label::Inner,
+                    };
+                }
+            });
+        self.rows.clear();
+        for (i, (&label, row)) in self.label.iter().zip(&mut self.row_of).enumerate() {
+            *row = NONE;
+            if label == Label::Inner {
+                *row = self.rows.len() as u32;
+                self.rows.push(i as u32);
+            }
+        }
+    }
+
+    pub fn surface_count(&self) -> usize {
+        self.label
+            .iter()
+            .filter(|&&label| label == Label::Surface)
+            .count()
+    }
+
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.label[..])
+            + size_of_val(&self.row_of[..])
+            + self.rows.capacity() * size_of::<u32>()
+    }
+}

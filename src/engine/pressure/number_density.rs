@@ -1,0 +1,52 @@
+//! Particle number density `n_i = sum_j w(r_ij, re_n)` of every particle, walls and dummy walls too.
+
+use crate::base::parallel::{FirstIndex, Rows};
+use crate::engine::error::SimulationError;
+use crate::engine::kernel::weight;
+use crate::engine::parameters::Parameters;
+use crate::engine::particles::Kind;
+use crate::engine::phase::Phase;
+use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::stage::State;
+
+#[derive(Debug, Clone, Copy)]
+pub struct NumberDensity {
+    radius_m: f64,
+}
+
+impl NumberDensity {
+    pub fn new(parameters: &Parameters) -> Self {
+        NumberDensity {
+            radius_m: parameters.number_density_radius_m(),
+        }
+    }
+
+    /// Sums the weights of all neighbours into `state.particles.number_density`.
+    pub fn sum<C: CandidateSearch, T: DistanceTest>(
+        &self,
+        state: &mut State<C>,
+    ) -> Result<(), SimulationError> {
+        let broken = FirstIndex::default();
+        let mut column = std::mem::take(&mut state.particles.number_density);
+        let (near, kind) = (state.neighborhood(), &state.particles.kind);
+        state
+            .team()
+            .fill(Rows::new(&mut column), |range, number_density| {
+                for (i, n) in range.zip(number_density) {
+                    if kind[i] == Kind::Ghost {
+                        continue;
+                    }
+                    let mut sum = 0.0;
+                    near.for_each_neighbor::<T>(i, self.radius_m, |_, _, r| {
+                        sum += weight(r, self.radius_m)
+                    });
+                    *n = sum;
+                    if !sum.is_finite() {
+                        broken.record(i);
+                    }
+                }
+            });
+        state.particles.number_density = column;
+        state.require_finite(&broken, Phase::NumberDensity, "number density")
+    }
+}

@@ -1,0 +1,114 @@
+//! The pressure Poisson equation of one step, `A p = b` over the inner particles.
+//!
+//! * Source `b_i = gamma / dt^2 (n_i - n0) / n0`, Pa/m2 per (kg/m3).
+//! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
+//!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
+
+use crate::engine::kernel::weight;
+use crate::engine::parameters::Parameters;
+use crate::engine::pressure::Pressure;
+use crate::engine::pressure::free_surface::{Label, Unknowns};
+use crate::engine::pressure::matrix::{SparseMatrix, Storage};
+use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::stage::State;
+
+/// A number density this close to `n0`, relative to it, is no density error: a block in free fall has rounding noise
+/// of this size, and a solver that divides by its norm would iterate on it.
+const QUIET: f64 = 1e-10;
+
+#[derive(Debug)]
+pub struct Poisson {
+    radius_m: f64,
+    /// `2D / (n0_L lambda rho)`.
+    coefficient: f64,
+    /// `alpha / dt^2`.
+    compressibility: f64,
+    /// `gamma / dt^2`.
+    relaxation: f64,
+    /// `n0` of the number density.
+    n0: f64,
+    pub matrix: SparseMatrix,
+    pub source: Vec<f64>,
+    /// Whether every density error is rounding noise.
+    pub quiet: bool,
+}
+
+impl Poisson {
+    pub fn new(pressure: Pressure, parameters: &Parameters, storage: Storage) -> Self {
+        let dt2 = parameters.time_step_s * parameters.time_step_s;
+        let lattice = parameters.reference(parameters.laplacian_radius_m());
+        Poisson {
+            radius_m: parameters.laplacian_radius_m(),
+            coefficient: parameters.laplacian_factor() / parameters.density_kg_m3,
+            compressibility: pressure.compressibility_1_pa / dt2,
+            relaxation: pressure.source_relaxation / dt2,
+            n0: parameters
+                .reference(parameters.number_density_radius_m())
+                .number_density,
+            matrix: SparseMatrix::new(storage, lattice.neighbors + lattice.neighbors / 4),
+            source: Vec::new(),
+            quiet: true,
+        }
+    }
+
+    /// Phase `source`.
+    pub fn set_source<C: CandidateSearch>(&mut self, unknowns: &Unknowns, state: &State<C>) {
+        let (n, n0) = (&state.particles.number_density, self.n0);
+        self.source.clear();
+        self.source.extend(
+            unknowns
+                .rows
+                .iter()
+                .map(|&i| self.relaxation * ((n[i as usize] - n0) / n0)),
+        );
+        self.quiet = unknowns
+            .rows
+            .iter()
+            .all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
+    }
+
+    /// Phase `matrix`.
+    pub fn assemble<C: CandidateSearch, T: DistanceTest>(
+        &mut self,
+        unknowns: &Unknowns,
+        state: &State<C>,
+    ) {
+        let near = state.neighborhood();
+        let Unknowns {
+            label,
+            rows,
+            row_of,
+            ..
+        } = unknowns;
+        let (radius_m, coefficient, compressibility) =
+            (self.radius_m, self.coefficient, self.compressibility);
+        self.matrix
+            .assemble(rows.len(), state.team(), |row, entries| {
+                let mut sum = 0.0;
+                near.for_each_neighbor::<T>(rows[row] as usize, radius_m, |j, _, r| {
+                    match label[j] {
+                        Label::Outside => {}
+                        Label::Surface => sum += coefficient * weight(r, radius_m),
+                        Label::Inner => {
+                            let c = coefficient * weight(r, radius_m);
+                            sum += c;
+                            entries.push(row_of[j], -c);
+                        }
+                    }
+                });
+                sum + compressibility
+            });
+    }
+
+    /// Doubles the diagonal of rows without a path to a known pressure, whose system would be singular but for the
+    /// compressibility.
+    pub fn anchor(&mut self, enclosed: &[u32]) {
+        for &row in enclosed {
+            self.matrix.diagonal[row as usize] *= 2.0;
+        }
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.matrix.bytes() + self.source.capacity() * size_of::<f64>()
+    }
+}

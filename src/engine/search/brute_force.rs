@@ -1,0 +1,33 @@
+//! Every pair: the oracle that the other searches are tested against. Quadratic, for small scenes only.
+
+use crate::base::vec3::Vec3;
+use crate::engine::search::grid::{Buckets, Grid};
+use crate::engine::search::{CandidateSearch, NONE};
+
+/// No data at all. Candidates come by ascending index, so sums agree with the bucket searches to rounding only.
+#[derive(Debug, Clone)]
+pub struct BruteForce;
+
+impl CandidateSearch for BruteForce {
+    fn new(_grid: &Grid, _count: usize) -> Self {
+        BruteForce
+    }
+
+    fn build(&mut self, _buckets: &Buckets) {}
+
+    const RELOCATES: bool = false;
+
+    fn any_candidate(
+        &self,
+        buckets: &Buckets,
+        positions: &[Vec3],
+        _i: usize,
+        mut stop_at: impl FnMut(usize, &Vec3) -> bool,
+    ) -> bool {
+        (0..positions.len()).any(|j| buckets.of_particle[j] != NONE && stop_at(j, &positions[j]))
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+}

@@ -1,0 +1,172 @@
+//! Particles from boxes on a cubic lattice.
+
+use serde::Deserialize;
+
+use crate::base::input::{Check, InputError};
+use crate::base::vec3::Vec3;
+use crate::engine::particles::{InitialParticle, Kind};
+
+/// The most lattice points a scene may have: identities are 32-bit numbers.
+pub const MAX_LATTICE_POINTS: usize = 1 << 31;
+
+/// A lattice and the regions that say which of its points carry which particle.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Geometry {
+    pub lattice: Lattice,
+    /// In order: a later region overrides an earlier one.
+    pub region: Vec<Region>,
+}
+
+/// Points `x = l0 i` with `i` from `-layers` to `extent / l0 + layers` in each direction, x outermost, z innermost.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lattice {
+    pub extent_m: Vec3,
+    pub layers: u32,
+}
+
+/// A box `from < x <= to`, its faces moved outwards by whole layers.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    pub fill: Fill,
+    pub from_m: Vec3,
+    pub to_m: Vec3,
+    /// Particle distances by which the lower faces lie below `from_m`.
+    #[serde(default)]
+    pub layers_below: Vec3,
+    /// Particle distances by which the upper faces lie above `to_m`.
+    #[serde(default)]
+    pub layers_above: Vec3,
+}
+
+/// What a region holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fill {
+    Fluid,
+    Wall,
+    DummyWall,
+    Empty,
+}
+
+impl Fill {
+    fn kind(self) -> Option<Kind> {
+        match self {
+            Fill::Fluid => Some(Kind::Fluid),
+            Fill::Wall => Some(Kind::Wall),
+            Fill::DummyWall => Some(Kind::DummyWall),
+            Fill::Empty => None,
+        }
+    }
+}
+
+impl Geometry {
+    pub(super) fn check(
+        &self,
+        check: Check<'_>,
+        particle_distance_m: f64,
+    ) -> Result<(), InputError> {
+        let extent = self.lattice.extent_m;
+        let allowed = "allowed are finite lengths from 0 up";
+        check.require(
+            extent.iter().all(|e| e.is_finite() && *e >= 0.0),
+            "geometry.lattice.extent_m",
+            format!("{extent:?}"),
+            allowed,
+        )?;
+        let layers = self.lattice.layers;
+        check.require(
+            layers <= 64,
+            "geometry.lattice.layers",
+            layers,
+            "allowed are 0 to 64",
+        )?;
+        let points = self.lattice_points(particle_distance_m);
+        check.require(
+            points <= MAX_LATTICE_POINTS as f64,
+            "particle_distance_m",
+            particle_distance_m,
+            format!("it makes a lattice of {points:.3e} points and at most {MAX_LATTICE_POINTS} are allowed: raise it"),
+        )?;
+        for (k, region) in self.region.iter().enumerate() {
+            let corners = [
+                region.from_m,
+                region.to_m,
+                region.layers_below,
+                region.layers_above,
+            ];
+            let key = format!("geometry.region[{k}]");
+            let numbers = corners.iter().flatten().all(|c| !c.is_nan());
+            check.require(
+                numbers,
+                &key,
+                "not a number in a corner",
+                "allowed are numbers; `inf` opens a side",
+            )?;
+            let (low, high) = region.bounds(particle_distance_m);
+            let found = format!("the box {low:?} .. {high:?} m");
+            check.require(
+                (0..3).all(|d| low[d] < high[d]),
+                &key,
+                found,
+                "every upper face must lie above its lower face",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// The number of lattice points, an upper bound of the number of particles.
+    pub fn lattice_points(&self, particle_distance_m: f64) -> f64 {
+        let layers = f64::from(2 * self.lattice.layers + 1);
+        self.lattice
+            .extent_m
+            .iter()
+            .map(|e| (e / particle_distance_m).trunc() + layers)
+            .product()
+    }
+
+    /// Places the particles. The index of each is its identity.
+    pub fn fill(&self, particle_distance_m: f64) -> Vec<InitialParticle> {
+        let layers = i64::from(self.lattice.layers);
+        let axis = |d: usize| {
+            let last = (self.lattice.extent_m[d] / particle_distance_m) as i64 + layers;
+            (-layers..=last).map(move |i| particle_distance_m * i as f64)
+        };
+        let mut particles = Vec::new();
+        for x in axis(0) {
+            for y in axis(1) {
+                for z in axis(2) {
+                    if let Some(kind) = self.kind_at([x, y, z], particle_distance_m) {
+                        particles.push(InitialParticle::at_rest(kind, [x, y, z]));
+                    }
+                }
+            }
+        }
+        particles
+    }
+
+    fn kind_at(&self, point: Vec3, particle_distance_m: f64) -> Option<Kind> {
+        let holds = |region: &&Region| region.contains(point, particle_distance_m);
+        self.region
+            .iter()
+            .rev()
+            .find(holds)
+            .and_then(|region| region.fill.kind())
+    }
+}
+
+impl Region {
+    fn bounds(&self, l0: f64) -> (Vec3, Vec3) {
+        let low = [0, 1, 2].map(|d| self.from_m[d] - self.layers_below[d] * l0);
+        let high = [0, 1, 2].map(|d| self.to_m[d] + self.layers_above[d] * l0);
+        (low, high)
+    }
+
+    /// A lattice point on a face belongs to the box below it; a hundredth of `l0` absorbs rounding.
+    fn contains(&self, point: Vec3, l0: f64) -> bool {
+        let (epsilon, (low, high)) = (0.01 * l0, self.bounds(l0));
+        (0..3).all(|d| point[d] > low[d] + epsilon && point[d] <= high[d] + epsilon)
+    }
+}

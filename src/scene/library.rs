@@ -1,0 +1,45 @@
+//! The scenes that come with the program, so that it works anywhere. A new scene is one new file and one line here.
+
+use std::path::Path;
+
+use crate::base::input::InputError;
+use crate::scene::Scene;
+
+/// Name and text of each scene.
+const SCENES: [(&str, &str); 1] = [(
+    "dam-break",
+    include_str!("../../experiments/scenes/dam-break.toml"),
+)];
+
+/// The names of all embedded scenes.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SCENES.iter().map(|(name, _)| *name)
+}
+
+/// The scene of that name or, where there is such a file, the one it describes: a path given by the user wins.
+pub fn load(name_or_path: &str, sets: &[String]) -> Result<Scene, InputError> {
+    let path = Path::new(name_or_path);
+    if path.is_file() {
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| InputError::new(name_or_path, "scene", "not readable", error))?;
+        return Scene::parse(&text, name_or_path, sets);
+    }
+    let text = SCENES
+        .iter()
+        .find(|(name, _)| *name == name_or_path)
+        .map(|(_, text)| *text)
+        .ok_or_else(|| {
+            let known: Vec<&str> = names().collect();
+            let allowed = format!(
+                "allowed are the path of a scene file or one of: {}",
+                known.join(", ")
+            );
+            InputError::new(
+                "command line",
+                "SCENE",
+                format!("`{name_or_path}`"),
+                allowed,
+            )
+        })?;
+    Scene::parse(text, &format!("scenes/{name_or_path}.toml"), sets)
+}

@@ -1,0 +1,8 @@
+//! Scenes: what to simulate, as a TOML file says it.
+
+pub mod geometry;
+pub mod library;
+pub mod snapshot;
+pub mod spec;
+
+pub use spec::Scene;

@@ -1,0 +1,341 @@
+//! A scene file: its keys, their checks, and the engine's parameters that follow from it.
+
+use serde::Deserialize;
+
+use crate::base::input::{Check, InputError};
+use crate::base::vec3::Vec3;
+use crate::engine::effects::{collision, gravity, viscosity};
+use crate::engine::parameters::{self, Domain, Effects, Parameters};
+use crate::engine::particles::InitialParticle;
+use crate::engine::pressure;
+use crate::scene::geometry::{Geometry, MAX_LATTICE_POINTS};
+
+/// The version of the scene format.
+pub const SCHEMA: u32 = 1;
+/// The most steps a simulation may take.
+pub const MAX_STEPS: usize = 100_000_000;
+/// An upper estimate of the memory that a particle takes in one simulation, bytes: its columns, its share of the
+/// search, and a row of the pressure matrix with room for a crowded neighbourhood.
+pub const BYTES_PER_PARTICLE: usize = 3000;
+
+/// A scene as its file describes it. Lengths, times and so on are SI; radii are in particle distances.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    pub schema: u32,
+    pub name: String,
+    /// What the scene shows, in a sentence.
+    pub description: String,
+    pub particle_distance_m: f64,
+    pub time_step_s: f64,
+    pub end_time_s: f64,
+    pub fluid: Fluid,
+    pub radii: Radii,
+    pub domain: DomainMargins,
+    pub effects: EffectsSpec,
+    pub geometry: Geometry,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fluid {
+    pub density_kg_m3: f64,
+}
+
+/// Influence radii in particle distances.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Radii {
+    pub number_density: f64,
+    pub gradient: f64,
+    pub laplacian: f64,
+}
+
+/// How far the bucket domain reaches beyond the initial particles.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DomainMargins {
+    /// On all sides, metres.
+    pub margin_m: f64,
+    /// Upwards (+y) in addition, metres.
+    pub headroom_m: f64,
+}
+
+/// The effects that the scene names.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectsSpec {
+    pub gravity: Option<GravitySpec>,
+    pub viscosity: Option<ViscositySpec>,
+    pub collision: Option<CollisionSpec>,
+    pub pressure: Option<PressureSpec>,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GravitySpec {
+    pub acceleration_m_s2: Vec3,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViscositySpec {
+    pub kinematic_viscosity_m2_s: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CollisionSpec {
+    /// In particle distances.
+    pub distance: f64,
+    pub restitution: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PressureSpec {
+    pub surface_threshold: f64,
+    pub source_relaxation: f64,
+    pub compressibility_1_pa: f64,
+}
+
+impl Scene {
+    /// Reads and checks a scene. `file` names it in errors; `sets` are changes `dotted.key=value` to its keys.
+    pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Scene, InputError> {
+        let mut table: toml::Table =
+            toml::from_str(text).map_err(|error| syntax_error(file, &error))?;
+        for set in sets {
+            apply(&mut table, set, file)?;
+        }
+        // Serialised anew, so that an error's position and key are those of the changed scene.
+        let scene: Scene = table
+            .try_into()
+            .map_err(|error| syntax_error(file, &error))?;
+        scene.check(file)?;
+        Ok(scene)
+    }
+
+    fn check(&self, file: &str) -> Result<(), InputError> {
+        let check = Check { file };
+        check.require(
+            self.schema == SCHEMA,
+            "schema",
+            self.schema,
+            format!("this program reads schema {SCHEMA}"),
+        )?;
+        check.positive("particle_distance_m", self.particle_distance_m)?;
+        check.positive("time_step_s", self.time_step_s)?;
+        check.not_negative("end_time_s", self.end_time_s)?;
+        let steps = self.end_time_s / self.time_step_s;
+        let allowed = format!("`time_step_s` may divide it into at most {MAX_STEPS} steps");
+        check.require(
+            steps <= MAX_STEPS as f64,
+            "end_time_s",
+            self.end_time_s,
+            allowed,
+        )?;
+        check.positive("fluid.density_kg_m3", self.fluid.density_kg_m3)?;
+        for (key, radius) in [
+            ("radii.number_density", self.radii.number_density),
+            ("radii.gradient", self.radii.gradient),
+            ("radii.laplacian", self.radii.laplacian),
+        ] {
+            let allowed = "allowed are radii above 1 and up to 10 particle distances";
+            check.require(radius > 1.0 && radius <= 10.0, key, radius, allowed)?;
+        }
+        check.not_negative("domain.margin_m", self.domain.margin_m)?;
+        check.not_negative("domain.headroom_m", self.domain.headroom_m)?;
+        self.effects.check(check)?;
+        self.geometry.check(check, self.particle_distance_m)
+    }
+
+    /// The number of time steps up to the end time.
+    pub fn steps(&self) -> usize {
+        (self.end_time_s / self.time_step_s - 1e-9).ceil().max(0.0) as usize
+    }
+
+    /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
+    pub fn require_memory(
+        &self,
+        file: &str,
+        copies: usize,
+        available_bytes: u64,
+    ) -> Result<(), InputError> {
+        let points = self.geometry.lattice_points(self.particle_distance_m);
+        let needed = points * (BYTES_PER_PARTICLE * copies) as f64;
+        let gib = f64::from(1 << 30);
+        Check { file }.require(
+            needed <= available_bytes as f64 && points <= MAX_LATTICE_POINTS as f64,
+            "particle_distance_m",
+            self.particle_distance_m,
+            format!(
+                "its lattice of {points:.0} points would need up to {:.1} GiB and {:.1} GiB are available: raise it",
+                needed / gib,
+                available_bytes as f64 / gib
+            ),
+        )
+    }
+
+    /// The particles at the start, in the order of their identities.
+    pub fn particles(&self, file: &str) -> Result<Vec<InitialParticle>, InputError> {
+        let particles = self.geometry.fill(self.particle_distance_m);
+        Check { file }.require(
+            !particles.is_empty(),
+            "geometry",
+            "empty",
+            "its regions must hold a lattice point",
+        )?;
+        Ok(particles)
+    }
+
+    /// What the engine needs to know. The bucket domain follows from where the scene's own particles start.
+    pub fn parameters(&self, initial: &[InitialParticle]) -> Parameters {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for particle in initial {
+            for d in 0..3 {
+                low[d] = low[d].min(particle.position[d] - self.domain.margin_m);
+                high[d] = high[d].max(particle.position[d] + self.domain.margin_m);
+            }
+        }
+        high[1] += self.domain.headroom_m;
+        Parameters {
+            particle_distance_m: self.particle_distance_m,
+            time_step_s: self.time_step_s,
+            density_kg_m3: self.fluid.density_kg_m3,
+            radii: parameters::Radii {
+                number_density: self.radii.number_density,
+                gradient: self.radii.gradient,
+                laplacian: self.radii.laplacian,
+            },
+            domain: Domain { low, high },
+            effects: self.effects.to_engine(),
+        }
+    }
+}
+
+impl EffectsSpec {
+    fn check(&self, check: Check<'_>) -> Result<(), InputError> {
+        if let Some(gravity) = &self.gravity {
+            let finite = gravity.acceleration_m_s2.iter().all(|a| a.is_finite());
+            let found = format!("{:?}", gravity.acceleration_m_s2);
+            check.require(
+                finite,
+                "effects.gravity.acceleration_m_s2",
+                found,
+                "allowed are three finite numbers",
+            )?;
+        }
+        if let Some(viscosity) = &self.viscosity {
+            check.not_negative(
+                "effects.viscosity.kinematic_viscosity_m2_s",
+                viscosity.kinematic_viscosity_m2_s,
+            )?;
+        }
+        if let Some(collision) = &self.collision {
+            let (key, distance) = ("effects.collision.distance", collision.distance);
+            check.require(
+                distance > 0.0 && distance < 1.0,
+                key,
+                distance,
+                "allowed are numbers between 0 and 1",
+            )?;
+            let (key, restitution) = ("effects.collision.restitution", collision.restitution);
+            check.require(
+                (0.0..=1.0).contains(&restitution),
+                key,
+                restitution,
+                "allowed are numbers from 0 to 1",
+            )?;
+        }
+        if let Some(pressure) = &self.pressure {
+            let (key, threshold) = (
+                "effects.pressure.surface_threshold",
+                pressure.surface_threshold,
+            );
+            check.require(
+                threshold > 0.0 && threshold <= 1.0,
+                key,
+                threshold,
+                "allowed are numbers above 0 up to 1",
+            )?;
+            let (key, relaxation) = (
+                "effects.pressure.source_relaxation",
+                pressure.source_relaxation,
+            );
+            check.require(
+                relaxation > 0.0 && relaxation <= 1.0,
+                key,
+                relaxation,
+                "allowed are numbers above 0 up to 1",
+            )?;
+            check.not_negative(
+                "effects.pressure.compressibility_1_pa",
+                pressure.compressibility_1_pa,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn to_engine(&self) -> Effects {
+        Effects {
+            gravity: self.gravity.as_ref().map(|g| gravity::Gravity {
+                acceleration_m_s2: g.acceleration_m_s2,
+            }),
+            viscosity: self.viscosity.as_ref().map(|v| viscosity::Viscosity {
+                kinematic_viscosity_m2_s: v.kinematic_viscosity_m2_s,
+            }),
+            collision: self.collision.as_ref().map(|c| collision::Collision {
+                distance: c.distance,
+                restitution: c.restitution,
+            }),
+            pressure: self.pressure.as_ref().map(|p| pressure::Pressure {
+                surface_threshold: p.surface_threshold,
+                source_relaxation: p.source_relaxation,
+                compressibility_1_pa: p.compressibility_1_pa,
+            }),
+        }
+    }
+}
+
+/// Sets the value behind a dotted key. A key that the scene format does not know is refused when the scene is read.
+fn apply(table: &mut toml::Table, set: &str, file: &str) -> Result<(), InputError> {
+    let wrong =
+        |allowed: &str| InputError::new(file, "--set", format!("`{set}`"), allowed.to_string());
+    let (key, value) = set
+        .split_once('=')
+        .ok_or_else(|| wrong("allowed is `dotted.key=value`"))?;
+    let value = format!("value = {value}")
+        .parse::<toml::Table>()
+        .ok()
+        .and_then(|mut parsed| parsed.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(value.to_string()));
+    let mut path: Vec<&str> = key.split('.').collect();
+    let last = path
+        .pop()
+        .filter(|last| !last.is_empty())
+        .ok_or_else(|| wrong("allowed is `dotted.key=value`"))?;
+    let mut target = table;
+    for part in path {
+        let entry = target
+            .entry(part)
+            .or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        target = entry
+            .as_table_mut()
+            .ok_or_else(|| wrong("a part of its key is a value, not a table"))?;
+    }
+    // A whole number is as good as a decimal one where a length or a time is asked for.
+    let value = match (target.get(last), value) {
+        (Some(toml::Value::Float(_)), toml::Value::Integer(whole)) => {
+            toml::Value::Float(whole as f64)
+        }
+        (_, value) => value,
+    };
+    target.insert(last.to_string(), value);
+    Ok(())
+}
+
+fn syntax_error(file: &str, error: &toml::de::Error) -> InputError {
+    let text = error.to_string();
+    let text = text.trim().replace('\n', " ");
+    InputError::new(file, "scene", "not a valid scene", text)
+}
