@@ -3,5 +3,6 @@
 pub mod files;
 pub mod input;
 pub mod parallel;
+pub mod prefetch;
 pub mod statistics;
 pub mod vec3;

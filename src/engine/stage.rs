@@ -129,6 +129,11 @@ impl<C: CandidateSearch> State<C> {
         }
     }
 
+    /// Which bucket each particle was in when they were last sorted.
+    pub fn buckets(&self) -> &Buckets {
+        &self.buckets
+    }
+
     /// The neighbour search at the present positions. [`State::refresh`] must have run since they changed.
     pub fn neighborhood(&self) -> Neighborhood<'_, C> {
         debug_assert!(self.fresh, "a walk needs buckets of the present positions");

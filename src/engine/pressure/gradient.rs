@@ -75,12 +75,16 @@ impl PressureGradient {
                     if label[i] == Label::Outside {
                         continue;
                     }
+                    // No pressure is below zero, so zero needs no further look.
                     let mut least = pressure[i];
-                    near.for_each_neighbor::<T>(i, radius_m, |j, _, _| {
-                        if label[j] != Label::Outside && pressure[j] < least {
-                            least = pressure[j];
-                        }
-                    });
+                    if least > 0.0 {
+                        near.any_neighbor::<T>(i, radius_m, |j, _, _| {
+                            if label[j] != Label::Outside && pressure[j] < least {
+                                least = pressure[j];
+                            }
+                            least <= 0.0
+                        });
+                    }
                     *minimum = least;
                 }
             });

@@ -5,6 +5,11 @@ use std::str::FromStr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::base::parallel::{Rows, Team};
+use crate::base::prefetch::prefetch;
+
+/// How many rows ahead a product asks for memory. Padded rows are short runs with gaps, in which the processor's own
+/// prefetching never gets going: without the hint ELL took twice the time of CSR, with it a third more.
+const PREFETCH_ROWS: usize = 4;
 
 /// How rows lie in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -112,7 +117,7 @@ impl SparseMatrix {
             if longest <= self.width {
                 return;
             }
-            self.width = longest + longest / 8;
+            self.width = longest;
         }
     }
 
@@ -164,6 +169,11 @@ impl SparseMatrix {
     /// `(A x)_row`, summed in four interleaved strands: the same order whoever computes it.
     #[inline]
     pub fn row_product(&self, row: usize, x: &[f64]) -> f64 {
+        if let Some(&start) = self.start.get(row + PREFETCH_ROWS) {
+            let ahead = start..start + self.len[row + PREFETCH_ROWS] as usize;
+            prefetch(&self.columns, ahead.clone());
+            prefetch(&self.values, ahead);
+        }
         let range = self.start[row]..self.start[row] + self.len[row] as usize;
         let (columns, values) = (&self.columns[range.clone()], &self.values[range]);
         let ((columns4, columns_rest), (values4, values_rest)) =

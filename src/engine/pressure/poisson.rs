@@ -45,7 +45,7 @@ impl Poisson {
             n0: parameters
                 .reference(parameters.number_density_radius_m())
                 .number_density,
-            matrix: SparseMatrix::new(storage, lattice.neighbors + lattice.neighbors / 4),
+            matrix: SparseMatrix::new(storage, lattice.neighbors),
             source: Vec::new(),
             quiet: true,
         }

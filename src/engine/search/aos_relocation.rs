@@ -59,10 +59,14 @@ impl CandidateSearch for AosRelocation {
         buckets: &Buckets,
         _positions: &[Vec3],
         i: usize,
+        enter: impl Fn(usize) -> bool,
         mut stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool {
         let home = buckets.of_particle[i] as usize;
         buckets.grid.neighborhood(home).any(|bucket| {
+            if !enter(bucket) {
+                return false;
+            }
             let start = bucket * self.width;
             let row = start..start + self.readable[bucket] as usize;
             let (index, position) = (&self.index[row.clone()], &self.position[row]);

@@ -22,9 +22,14 @@ impl CandidateSearch for BruteForce {
         buckets: &Buckets,
         positions: &[Vec3],
         _i: usize,
+        enter: impl Fn(usize) -> bool,
         mut stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool {
-        (0..positions.len()).any(|j| buckets.of_particle[j] != NONE && stop_at(j, &positions[j]))
+        let in_reach = |j: usize| match buckets.of_particle[j] {
+            NONE => false,
+            bucket => enter(bucket as usize),
+        };
+        (0..positions.len()).any(|j| in_reach(j) && stop_at(j, &positions[j]))
     }
 
     fn bytes(&self) -> usize {

@@ -25,12 +25,13 @@ impl LinkedList {
         bucket: usize,
         mut stop_at: impl FnMut(usize) -> bool,
     ) -> bool {
-        let mut j = self.first[bucket];
-        while j != NONE {
-            if stop_at(j as usize) {
+        // `NONE` is beyond the end of every column, so that the end of the list needs no test of its own.
+        let mut j = self.first[bucket] as usize;
+        while let Some(&next) = self.next.get(j) {
+            if stop_at(j) {
                 return true;
             }
-            j = self.next[j as usize];
+            j = next as usize;
         }
         false
     }
@@ -71,13 +72,13 @@ impl CandidateSearch for LinkedList {
         buckets: &Buckets,
         positions: &[Vec3],
         i: usize,
+        enter: impl Fn(usize) -> bool,
         mut stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool {
         let home = buckets.of_particle[i] as usize;
-        buckets
-            .grid
-            .neighborhood(home)
-            .any(|bucket| self.any_in_bucket(bucket, |j| stop_at(j, &positions[j])))
+        buckets.grid.neighborhood(home).any(|bucket| {
+            enter(bucket) && self.any_in_bucket(bucket, |j| stop_at(j, &positions[j]))
+        })
     }
 
     fn bytes(&self) -> usize {

@@ -31,11 +31,13 @@ pub trait CandidateSearch: Send + Sync + Sized {
 
     /// Calls `stop_at(j, x_j)` for the candidates `j` of particle `i`, itself among them, bucket by bucket in the order
     /// of [`Grid::neighborhood`] and by ascending index within a bucket, until it returns true; tells whether it did.
+    /// Passes over the buckets that `enter` does not hold for.
     fn any_candidate(
         &self,
         buckets: &Buckets,
         positions: &[Vec3],
         i: usize,
+        enter: impl Fn(usize) -> bool,
         stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool;
 
@@ -90,31 +92,45 @@ impl<C: CandidateSearch> Neighborhood<'_, C> {
         radius: f64,
         mut visit: impl FnMut(usize, Vec3, f64),
     ) {
-        let here = self.positions[i];
-        self.candidates
-            .any_candidate(self.buckets, self.positions, i, |j, there| {
-                let r_ij = sub(*there, here);
-                if let Some(r) = T::within(dot(r_ij, r_ij), radius)
-                    && j != i
-                {
-                    visit(j, r_ij, r);
-                }
-                false
-            });
+        self.any_neighbor::<T>(i, radius, |j, r_ij, r| {
+            visit(j, r_ij, r);
+            false
+        });
     }
 
-    /// Whether some particle `j` for which `wanted(j)` holds lies within `radius` metres of particle `i`. Asks `wanted`
-    /// before it looks at the distance.
+    /// The same, but ends with the first neighbour for which `stop_at` returns true; tells whether there was one.
     #[inline(always)]
     pub fn any_neighbor<T: DistanceTest>(
         &self,
         i: usize,
         radius: f64,
+        mut stop_at: impl FnMut(usize, Vec3, f64) -> bool,
+    ) -> bool {
+        let here = self.positions[i];
+        let everywhere = |_| true;
+        self.candidates
+            .any_candidate(self.buckets, self.positions, i, everywhere, |j, there| {
+                let r_ij = sub(*there, here);
+                match T::within(dot(r_ij, r_ij), radius) {
+                    Some(r) => j != i && stop_at(j, r_ij, r),
+                    None => false,
+                }
+            })
+    }
+
+    /// Whether a particle `j` for which `wanted(j)` holds lies within `radius` metres of particle `i`. Looks only into
+    /// buckets for which `enter` holds, and asks `wanted` before it looks at the distance.
+    #[inline(always)]
+    pub fn has_neighbor<T: DistanceTest>(
+        &self,
+        i: usize,
+        radius: f64,
+        enter: impl Fn(usize) -> bool,
         wanted: impl Fn(usize) -> bool,
     ) -> bool {
         let here = self.positions[i];
         self.candidates
-            .any_candidate(self.buckets, self.positions, i, |j, there| {
+            .any_candidate(self.buckets, self.positions, i, enter, |j, there| {
                 wanted(j) && j != i && {
                     let r_ij = sub(*there, here);
                     T::within(dot(r_ij, r_ij), radius).is_some()

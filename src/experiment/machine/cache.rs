@@ -90,16 +90,19 @@ mod tests {
     use super::super::fixture::{self, Tree};
     use super::*;
 
-    fn value(tree: &Tree, cpus: usize, key: &str) -> String {
+    fn facts_in(tree: &Tree, cpus: usize) -> Vec<Fact> {
         let all: Vec<usize> = (0..cpus).collect();
-        let facts = facts(&tree.source(), &Topology::read(tree.root(), &all));
-        let fact = facts.into_iter().find(|fact| fact.key == key);
+        facts(&tree.source(), &Topology::read(tree.root(), &all))
+    }
+
+    fn value(facts: &[Fact], key: &str) -> String {
+        let fact = facts.iter().find(|fact| fact.key == key);
         fact.unwrap().value.to_string()
     }
 
     #[test]
     fn the_server_shares_its_caches_by_core_and_package() {
-        let tree = fixture::server_with_caches();
+        let facts = facts_in(&fixture::server_with_caches(), 128);
         for (key, expected) in [
             ("l1d_size_bytes", "32768"),
             ("l1d_instances", "64"),
@@ -109,16 +112,16 @@ mod tests {
             ("l3_instances", "2"),
             ("l3_sharing_cpus", "64"),
         ] {
-            assert_eq!(value(&tree, 128, key), expected, "{key}");
+            assert_eq!(value(&facts, key), expected, "{key}");
         }
     }
 
     #[test]
     fn the_laptop_has_two_sizes_under_one_name() {
-        let tree = fixture::laptop();
-        assert_eq!(value(&tree, 12, "l2_size_bytes"), "2097152+1310720");
-        assert_eq!(value(&tree, 12, "l2_instances"), "5");
-        assert_eq!(value(&tree, 12, "l2_sharing_cpus"), "4+2");
+        let facts = facts_in(&fixture::laptop(), 12);
+        assert_eq!(value(&facts, "l2_size_bytes"), "2097152+1310720");
+        assert_eq!(value(&facts, "l2_instances"), "5");
+        assert_eq!(value(&facts, "l2_sharing_cpus"), "4+2");
     }
 
     #[test]
@@ -128,8 +131,9 @@ mod tests {
         tree.write(&format!("{directory}/level"), "3");
         tree.write(&format!("{directory}/type"), "Unified");
         tree.write(&format!("{directory}/size"), "99999999999999999999K");
+        let facts = facts_in(&tree, 4);
         for key in ["l2_size_bytes", "l3_size_bytes", "l3_instances"] {
-            assert_eq!(value(&tree, 4, key), "unavailable");
+            assert_eq!(value(&facts, key), "unavailable");
         }
     }
 

@@ -53,7 +53,7 @@ fn count_facts(source: &Source, whole: &Topology, usable: &Topology) -> Vec<Fact
         fact("threads_per_core", described(threads_per_core(whole))),
         fact(
             "smt_active",
-            switch(source, "sys/devices/system/cpu/smt/active"),
+            source.switch("sys/devices/system/cpu/smt/active"),
         ),
         fact("numa_nodes", present(nodes)),
         fact("hybrid", hybrid(source, whole)),
@@ -92,15 +92,6 @@ fn threads_per_core(topology: &Topology) -> usize {
 fn hybrid(source: &Source, whole: &Topology) -> Reading {
     Reading::yes_or_no(whole.is_hybrid())
         .or_else(|| Reading::yes_or_no(source.exists("sys/devices/cpu/type").then_some(false)))
-}
-
-/// A kernel switch that reads 1 for on and 0 for off.
-pub(super) fn switch(source: &Source, path: &str) -> Reading {
-    source.text(path).extract(|text| match text {
-        "1" => Some("yes"),
-        "0" => Some("no"),
-        _ => None,
-    })
 }
 
 fn memory_facts(source: &Source) -> Vec<Fact> {

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::facts::switch;
 use super::processor::Processor;
 use super::reading::{Fact, Reading};
 use super::source::Source;
@@ -60,10 +59,12 @@ fn all_of(source: &Source, whole: &Topology, file: &str) -> Reading {
 
 /// Some drivers tell whether the clock may exceed its base frequency, one tells the opposite.
 fn boost(source: &Source) -> Reading {
-    switch(source, "sys/devices/system/cpu/cpufreq/boost").or_else(|| {
-        let forbidden = switch(source, "sys/devices/system/cpu/intel_pstate/no_turbo");
-        forbidden.extract(|answer| Some(if answer == "yes" { "no" } else { "yes" }))
-    })
+    source
+        .switch("sys/devices/system/cpu/cpufreq/boost")
+        .or_else(|| {
+            let forbidden = source.switch("sys/devices/system/cpu/intel_pstate/no_turbo");
+            forbidden.extract(|answer| Some(if answer == "yes" { "no" } else { "yes" }))
+        })
 }
 
 #[cfg(test)]

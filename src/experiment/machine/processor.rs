@@ -62,7 +62,7 @@ impl Processor {
     pub(super) fn frequency_mhz(&self) -> Reading {
         self.first_of(&["cpu MHz", "clock"]).extract(|text| {
             let megahertz: f64 = text.trim_end_matches("MHz").parse().ok()?;
-            megahertz.is_normal().then_some(megahertz)
+            (megahertz.is_finite() && megahertz > 0.0).then_some(megahertz)
         })
     }
 

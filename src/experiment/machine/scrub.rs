@@ -93,7 +93,7 @@ mod tests {
             ),
             (r"-Clinker=C:\Users\ada\bin\lld.exe", "-Clinker=lld.exe"),
             ("/home/ada lovelace/tool", "tool"),
-            ("@/tmp/arguments", "@arguments"),
+            ("@/opt/x/arguments", "@arguments"),
         ] {
             assert_eq!(without_paths(text), expected);
         }

@@ -39,6 +39,15 @@ impl Source {
         self.text(path).value()?.parse().ok()
     }
 
+    /// `yes` or `no` for a kernel switch, which reads 1 for on and 0 for off.
+    pub(super) fn switch(&self, path: &str) -> Reading {
+        self.text(path).extract(|text| match text {
+            "1" => Some("yes"),
+            "0" => Some("no"),
+            _ => None,
+        })
+    }
+
     /// A set of CPUs in the kernel's notation, such as `0-3,8`.
     pub(super) fn cpu_list(&self, path: &str) -> BTreeSet<usize> {
         parse_cpu_list(self.text(path).value().unwrap_or(""))

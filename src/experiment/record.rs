@@ -1,0 +1,268 @@
+//! What measuring leaves behind: the outcome of each trial, and rounds of trials as files.
+//!
+//! A round is the unit that is completed, written and resumed. Its file is written whole and never again; all tables
+//! are derived from these files.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
+
+use crate::base::files::write_whole;
+use crate::base::input::InputError;
+use crate::engine::preset::{Options, Preset};
+use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
+use crate::experiment::machine::Noise;
+
+/// The version of every file of a run folder.
+pub const SCHEMA: u32 = 1;
+
+/// One way to compute a step, as recorded: a preset and the options that an experiment sets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Variant {
+    pub preset: String,
+    pub distance_test: String,
+    pub storage: String,
+    pub schedule: String,
+    /// `serial` or `parallel`.
+    pub cg: String,
+    pub cg_tolerance: f64,
+}
+
+impl Variant {
+    /// The engine's options, or which key names none.
+    pub fn options(&self, file: &str) -> Result<Options, InputError> {
+        let wrong = |key: &str, error: String| InputError::new(file, key, "not usable", error);
+        let preset: Preset = self.preset.parse().map_err(|e| wrong("preset", e))?;
+        let mut options = preset.options();
+        options.distance_test = self.distance_test.parse().map_err(|e| wrong("distance_test", e))?;
+        options.storage = self.storage.parse().map_err(|e| wrong("storage", e))?;
+        options.schedule = self
+            .schedule
+            .parse()
+            .map_err(|e: crate::base::parallel::UnknownSchedule| wrong("schedule", e.to_string()))?;
+        options.cg = CgParams {
+            tolerance: checked_tolerance(file, self.cg_tolerance)?,
+            mode: match self.cg.as_str() {
+                "serial" => CgMode::Serial,
+                "parallel" => CgMode::Parallel,
+                other => {
+                    return Err(InputError::new(file, "cg", other, "allowed are `serial` or `parallel`"));
+                }
+            },
+            ..options.cg
+        };
+        Ok(options)
+    }
+
+    /// The short name in tables and cell names.
+    pub fn label(&self) -> String {
+        format!("{}/{}", self.preset, self.distance_test)
+    }
+}
+
+/// A tolerance that a solver can meet in double precision.
+pub fn checked_tolerance(file: &str, tolerance: f64) -> Result<f64, InputError> {
+    let allowed = "allowed are numbers from 1e-13 to 0.1";
+    if (1e-13..=0.1).contains(&tolerance) {
+        Ok(tolerance)
+    } else {
+        Err(InputError::new(file, "cg_tolerance", tolerance, allowed))
+    }
+}
+
+/// Consecutive steps that a trial computes from a known state: first some to warm up, then those that count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Window {
+    /// Steps that the starting state has behind it.
+    pub start_step: usize,
+    pub warmup_steps: usize,
+    pub steps: usize,
+}
+
+impl Window {
+    pub fn end_step(&self) -> usize {
+        self.start_step + self.warmup_steps + self.steps
+    }
+}
+
+/// How a trial ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    Ok,
+    Failed,
+    Timeout,
+    /// The machine cannot run the cell, so nobody tried.
+    NotApplicable,
+}
+
+impl Status {
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Ok => "ok",
+            Status::Failed => "failed",
+            Status::Timeout => "timeout",
+            Status::NotApplicable => "not_applicable",
+        }
+    }
+}
+
+/// One measured step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepSample {
+    pub step: usize,
+    pub total_s: f64,
+    pub cg_s: f64,
+    pub cg_iterations: usize,
+    pub cg_residual: f64,
+    pub unknowns: usize,
+    pub ghosts: usize,
+}
+
+/// Calls and time of one phase over the measured steps of a window.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PhaseSample {
+    pub phase: String,
+    pub calls: u64,
+    pub time_s: f64,
+}
+
+/// One variant in one window.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WindowSample {
+    pub window: Window,
+    pub phases: Vec<PhaseSample>,
+    pub steps: Vec<StepSample>,
+    /// The digest of the state after the last step.
+    pub digest: String,
+}
+
+/// The digest of a state on the way.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StateDigest {
+    pub step: usize,
+    pub digest: String,
+}
+
+/// What one trial measured: its variants in the order of the request, each in every window.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Outcome {
+    pub threads_observed: usize,
+    pub particles: usize,
+    pub fluid_particles: usize,
+    /// Bytes of all columns of one simulation, a variant.
+    pub bytes: Vec<usize>,
+    pub samples: Vec<Vec<WindowSample>>,
+    /// States that the trial passed and was asked to name; empty but in whole runs.
+    pub passed: Vec<StateDigest>,
+}
+
+/// One trial of a round.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrialRecord {
+    /// Its place in the round's random order, from 0.
+    pub position: usize,
+    pub threads: usize,
+    pub variants: Vec<Variant>,
+    pub status: Status,
+    /// Why, unless the status is `ok`.
+    pub reason: String,
+    pub started_utc: String,
+    pub wall_s: f64,
+    pub noise_before: Noise,
+    pub noise_after: Noise,
+    pub outcome: Option<Outcome>,
+}
+
+/// Which kind of trial a round holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// One variant a process, every step of the scene.
+    Whole,
+    /// All variants in one process, in lock step through windows of states.
+    Paired,
+}
+
+impl Stage {
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Whole => "whole",
+            Stage::Paired => "paired",
+        }
+    }
+}
+
+/// A finished round: every cell of its stage once.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RoundRecord {
+    pub schema_version: u32,
+    pub experiment: String,
+    pub stage: Stage,
+    pub round: usize,
+    pub trials: Vec<TrialRecord>,
+}
+
+impl RoundRecord {
+    /// Where the round lies in a run folder.
+    pub fn path(folder: &Path, experiment: &str, stage: Stage, round: usize) -> PathBuf {
+        folder.join("rounds").join(format!("{experiment}-{}-{round:03}.json", stage.name()))
+    }
+
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let path = Self::path(folder, &self.experiment, self.stage, self.round);
+        let text = serde_json::to_vec_pretty(self)?;
+        write_whole(&path, &text).with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// Reads a round back and checks that it is what its name says.
+    pub fn read(path: &Path) -> Result<RoundRecord> {
+        let name = path.display();
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+        let record: RoundRecord =
+            serde_json::from_str(&text).with_context(|| format!("{name} is not a round's record"))?;
+        let found = record.schema_version;
+        ensure!(found == SCHEMA, "{name}: schema_version is {found}; this program reads {SCHEMA}");
+        let expected = Self::path(Path::new(""), &record.experiment, record.stage, record.round);
+        ensure!(
+            path.file_name() == expected.file_name(),
+            "{name} holds another round than its name says"
+        );
+        for trial in record.trials.iter().filter(|trial| trial.status == Status::Ok) {
+            let outcome =
+                trial.outcome.as_ref().with_context(|| format!("{name}: an `ok` trial without outcome"))?;
+            outcome.check(trial.variants.len()).with_context(|| format!("{name}"))?;
+        }
+        Ok(record)
+    }
+}
+
+impl Outcome {
+    /// Refuses what no clock can have measured.
+    fn check(&self, variants: usize) -> Result<()> {
+        ensure!(self.samples.len() == variants, "samples of {} variants, not {variants}", self.samples.len());
+        for window in self.samples.iter().flatten() {
+            ensure!(window.steps.len() == window.window.steps, "a window without all its steps");
+            for step in &window.steps {
+                let times = [step.total_s, step.cg_s];
+                let valid = times.iter().all(|t| t.is_finite() && *t >= 0.0) && step.total_s > 0.0;
+                ensure!(valid, "step {}: times {times:?} cannot be", step.step);
+            }
+            for phase in &window.phases {
+                let valid = phase.time_s.is_finite() && phase.time_s >= 0.0;
+                ensure!(valid, "phase {}: time {} cannot be", phase.phase, phase.time_s);
+            }
+        }
+        Ok(())
+    }
+}
