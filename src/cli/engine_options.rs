@@ -1,0 +1,92 @@
+//! The flags that say how a simulation is computed.
+
+use std::sync::Arc;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+
+use crate::base::input::InputError;
+use crate::base::parallel::{MAX_THREADS, Schedule, Workers};
+use crate::engine::preset::{Options, Preset, Test};
+use crate::engine::pressure::conjugate_gradient::CgMode;
+use crate::engine::pressure::matrix::Storage;
+use crate::experiment::plan::pin_order;
+use crate::experiment::record::checked_tolerance;
+
+#[derive(Debug, Args)]
+pub struct EngineOptions {
+    /// Set of options by name; see `repro list`
+    #[arg(long, default_value = Preset::PAPER_AOS_RELOCATION.name())]
+    preset: Preset,
+    /// Worker threads
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Loop schedule: static, dynamic:<chunk>, guided:<chunk> or rayon:<chunk> [default: the preset's, dynamic:64]
+    #[arg(long)]
+    schedule: Option<Schedule>,
+    /// Pin threads to cores: one a physical core before any sibling
+    #[arg(long, value_enum, default_value_t = Pin::Off)]
+    pin: Pin,
+    /// How distances are compared: sqrt (the paper's) or squared [default: the preset's, sqrt]
+    #[arg(long)]
+    distance_test: Option<Test>,
+    /// Matrix storage: ell or csr [default: the preset's, ell]
+    #[arg(long)]
+    storage: Option<Storage>,
+    /// Who runs the conjugate gradient method
+    #[arg(long, value_enum, default_value_t = Cg::Parallel)]
+    cg: Cg,
+    /// Relative residual at which the conjugate gradient method stops [default: 1e-8]
+    #[arg(long)]
+    cg_tolerance: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Pin {
+    Off,
+    Close,
+    Spread,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Cg {
+    Serial,
+    Parallel,
+}
+
+impl EngineOptions {
+    /// The preset's options with these changes.
+    pub fn resolve(&self) -> Result<Options, InputError> {
+        if !(1..=MAX_THREADS).contains(&self.threads) {
+            let allowed = format!("allowed are 1 to {MAX_THREADS}");
+            return Err(InputError::new(
+                "command line",
+                "--threads",
+                self.threads,
+                allowed,
+            ));
+        }
+        let mut options = self.preset.options();
+        options.schedule = self.schedule.unwrap_or(options.schedule);
+        options.distance_test = self.distance_test.unwrap_or(options.distance_test);
+        options.storage = self.storage.unwrap_or(options.storage);
+        options.cg.mode = match self.cg {
+            Cg::Serial => CgMode::Serial,
+            Cg::Parallel => CgMode::Parallel,
+        };
+        if let Some(tolerance) = self.cg_tolerance {
+            options.cg.tolerance = checked_tolerance("command line", tolerance)?;
+        }
+        Ok(options)
+    }
+
+    /// The threads that compute.
+    pub fn workers(&self, schedule: Schedule) -> Result<Arc<Workers>> {
+        let cpus = match self.pin {
+            Pin::Off => Vec::new(),
+            Pin::Close => pin_order("close")?,
+            Pin::Spread => pin_order("spread")?,
+        };
+        Ok(Arc::new(Workers::new(self.threads, schedule, &cpus)?))
+    }
+}

@@ -1,0 +1,21 @@
+use anyhow::Result;
+use clap::Args;
+
+use crate::cli::Exit;
+use crate::cli::measure::{Measure, load};
+
+#[derive(Debug, Args)]
+pub struct Run {
+    /// An experiment's name (see `repro list`) or file
+    experiment: String,
+    #[command(flatten)]
+    measure: Measure,
+}
+
+impl Run {
+    pub fn run(self) -> Result<Exit> {
+        let names = [self.experiment];
+        let id = load(&names)?.remove(0).id;
+        self.measure.run(&names, &format!("run {id}"))
+    }
+}

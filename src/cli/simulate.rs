@@ -1,0 +1,233 @@
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::base::files::is_leftover;
+use crate::base::input::InputError;
+use crate::cli::Exit;
+use crate::cli::engine_options::EngineOptions;
+use crate::engine::diagnostics::{FlowState, digest};
+use crate::engine::particles::Kind;
+use crate::engine::simulation::{self, Simulation, Start, StepReport};
+use crate::experiment::interrupt;
+use crate::experiment::timer::PhaseClock;
+use crate::report::samples::write_csv;
+use crate::scene::{Scene, library, snapshot};
+
+#[derive(Debug, Args)]
+pub struct Simulate {
+    /// A scene's name (see `repro list`) or file
+    scene: String,
+    /// Change a key of the scene, such as particle_distance_m=0.0375
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Time steps [default: up to the scene's end time]
+    #[arg(long)]
+    steps: Option<usize>,
+    /// Write the particles after every K-th step, not only after the last
+    #[arg(long, value_name = "K", requires = "output")]
+    every: Option<usize>,
+    /// Folder for the particles
+    #[arg(long, short)]
+    output: Option<PathBuf>,
+    /// Format of the particles
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    format: Format,
+    /// File for the time of each phase
+    #[arg(long)]
+    timings: Option<PathBuf>,
+    #[command(flatten)]
+    engine: EngineOptions,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    Csv,
+}
+
+/// A row of the timings.
+#[derive(Debug, Serialize)]
+struct Timing {
+    phase: &'static str,
+    calls: u64,
+    time_s: f64,
+}
+
+impl Simulate {
+    pub fn run(self) -> Result<Exit> {
+        let scene = library::load(&self.scene, &self.set)?;
+        let available = available_memory_bytes();
+        scene.require_memory(&self.scene, 1, available)?;
+        let options = self.engine.resolve()?;
+        if let Some(0) = self.every {
+            return Err(InputError::new(
+                "command line",
+                "--every",
+                0,
+                "allowed are numbers from 1 up",
+            )
+            .into());
+        }
+        self.prepare_outputs()?;
+        let particles = scene.particles(&self.scene)?;
+        let workers = self.engine.workers(options.schedule)?;
+        let start = Start {
+            particles: &particles,
+            steps_done: 0,
+        };
+        let mut simulation =
+            simulation::build(&scene.parameters(&particles), &options, start, workers)?;
+        let mut clock = PhaseClock::default();
+        let (last, wall_s) = self.advance(&scene, &mut *simulation, &mut clock)?;
+        self.write_timings(&clock, last.step as u64, wall_s)?;
+        self.print(&*simulation, &last, wall_s)
+    }
+
+    /// Refuses outputs that cannot be written before any work is done.
+    fn prepare_outputs(&self) -> Result<()> {
+        if let Some(folder) = &self.output {
+            prepare_folder(folder)?;
+        }
+        if let Some(file) = &self.timings {
+            let parent = file
+                .parent()
+                .filter(|p| !p.as_os_str().is_empty())
+                .unwrap_or(Path::new("."));
+            if file.is_dir() || !parent.is_dir() {
+                let found = format!("`{}`", file.display());
+                let allowed = "allowed is a file in a folder that exists";
+                return Err(InputError::new("command line", "--timings", found, allowed).into());
+            }
+        }
+        Ok(())
+    }
+
+    fn advance(
+        &self,
+        scene: &Scene,
+        simulation: &mut dyn Simulation,
+        clock: &mut PhaseClock,
+    ) -> Result<(StepReport, f64)> {
+        let steps = self.steps.unwrap_or_else(|| scene.steps());
+        let style = ProgressStyle::with_template("{bar:30} step {pos}/{len}, {eta} left")
+            .expect("the template is valid");
+        let bar = ProgressBar::new(steps as u64).with_style(style);
+        let mut last = StepReport {
+            step: 0,
+            ghosts: 0,
+            pressure: None,
+        };
+        let mut wall_s = 0.0;
+        for step in 1..=steps {
+            interrupt::check()?;
+            let began = std::time::Instant::now();
+            last = simulation.step(clock)?;
+            wall_s += began.elapsed().as_secs_f64();
+            bar.inc(1);
+            let due = step == steps || self.every.is_some_and(|k| step % k == 0);
+            if let Some(folder) = self.output.as_ref().filter(|_| due) {
+                snapshot::write(
+                    &folder.join(snapshot::file_name(step)),
+                    simulation.particles(),
+                )?;
+            }
+        }
+        if let Some(folder) = self.output.as_ref().filter(|_| steps == 0) {
+            snapshot::write(&folder.join(snapshot::file_name(0)), simulation.particles())?;
+        }
+        bar.finish_and_clear();
+        Ok((last, wall_s))
+    }
+
+    fn write_timings(&self, clock: &PhaseClock, steps: u64, wall_s: f64) -> Result<()> {
+        let Some(file) = &self.timings else {
+            return Ok(());
+        };
+        let mut rows: Vec<Timing> = clock
+            .phases()
+            .map(|(phase, time)| Timing {
+                phase: phase.name(),
+                calls: time.calls,
+                time_s: time.time_s,
+            })
+            .collect();
+        rows.push(Timing {
+            phase: "total",
+            calls: steps,
+            time_s: wall_s,
+        });
+        write_csv(file, &rows)
+    }
+
+    fn print(&self, simulation: &dyn Simulation, last: &StepReport, wall_s: f64) -> Result<Exit> {
+        let particles = simulation.particles();
+        let flow = FlowState::of(particles);
+        let mut out = std::io::stdout().lock();
+        let counts = Kind::ALL.map(|kind| format!("{} {}", particles.count(kind), kind.name()));
+        writeln!(out, "particles {} ({})", particles.len(), counts.join(", "))?;
+        writeln!(out, "steps {}", last.step)?;
+        writeln!(out, "wall_s {wall_s:.3}")?;
+        writeln!(
+            out,
+            "bytes_per_particle {:.0}",
+            simulation.bytes() as f64 / particles.len() as f64
+        )?;
+        writeln!(out, "front_max_m {:.9}", flow.front_max_m)?;
+        writeln!(out, "front_p99_m {:.9}", flow.front_p99_m)?;
+        writeln!(out, "top_m {:.9}", flow.top_m)?;
+        writeln!(out, "max_speed_m_s {:.6}", flow.max_speed_m_s)?;
+        writeln!(
+            out,
+            "max_pressure_fluid_pa {:.4}",
+            flow.max_pressure_fluid_pa
+        )?;
+        writeln!(out, "max_pressure_pa {:.4}", flow.max_pressure_pa)?;
+        if let Some(pressure) = last.pressure {
+            writeln!(out, "surface {}", pressure.surface)?;
+            writeln!(out, "unknowns {}", pressure.unknowns)?;
+            writeln!(out, "cg_iterations {}", pressure.cg.iterations)?;
+            writeln!(out, "cg_residual {:e}", pressure.cg.residual)?;
+        }
+        writeln!(out, "digest {}", digest(particles))?;
+        Ok(Exit::Done)
+    }
+}
+
+/// Makes sure that `folder` is there, holds nothing but particles of former simulations, and can be written.
+fn prepare_folder(folder: &Path) -> Result<()> {
+    let refused = |found: &str| {
+        let found = format!("`{}`, which {found}", folder.display());
+        let allowed = "allowed is a folder that is new, empty or holds only particles-*.csv";
+        InputError::new("command line", "--output", found, allowed)
+    };
+    if folder.exists() && !folder.is_dir() {
+        return Err(refused("is a file").into());
+    }
+    fs::create_dir_all(folder).map_err(|error| refused(&format!("cannot be created: {error}")))?;
+    let ours =
+        |name: &str| name.starts_with("particles-") && name.ends_with(".csv") || is_leftover(name);
+    for entry in
+        fs::read_dir(folder).map_err(|error| refused(&format!("cannot be read: {error}")))?
+    {
+        let name = entry.context("cannot list the output folder")?.file_name();
+        if !ours(&name.to_string_lossy()) {
+            return Err(refused(&format!("holds `{}`", name.to_string_lossy())).into());
+        }
+    }
+    let probe = folder.join(format!("particles-probe.csv.{}.part", std::process::id()));
+    fs::write(&probe, b"").map_err(|error| refused(&format!("cannot be written: {error}")))?;
+    let _ = fs::remove_file(probe);
+    Ok(())
+}
+
+/// Memory that can be had without swapping, bytes.
+fn available_memory_bytes() -> u64 {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    system.available_memory()
+}

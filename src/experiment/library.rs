@@ -1,0 +1,41 @@
+//! The experiments that come with the program. A new experiment is one new file and one line here.
+
+use std::path::Path;
+
+use crate::base::input::InputError;
+use crate::experiment::spec::Experiment;
+
+/// Name and text of each experiment, in the order of the report.
+const EXPERIMENTS: [(&str, &str); 2] = [
+    ("table2", include_str!("../../experiments/table2.toml")),
+    ("figure4", include_str!("../../experiments/figure4.toml")),
+];
+
+/// The names of all embedded experiments.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    EXPERIMENTS.iter().map(|(name, _)| *name)
+}
+
+/// The experiment of that name or, where there is such a file, the one it describes: a path given by the user wins.
+pub fn load(name_or_path: &str) -> Result<Experiment, InputError> {
+    if Path::new(name_or_path).is_file() {
+        let text = std::fs::read_to_string(name_or_path)
+            .map_err(|error| InputError::new(name_or_path, "experiment", "not readable", error))?;
+        return Experiment::parse(&text, name_or_path);
+    }
+    let found = EXPERIMENTS.iter().find(|(name, _)| *name == name_or_path);
+    let (name, text) = found.ok_or_else(|| {
+        let known: Vec<&str> = names().collect();
+        let allowed = format!(
+            "allowed are the path of an experiment file or one of: {}",
+            known.join(", ")
+        );
+        InputError::new(
+            "command line",
+            "EXPERIMENT",
+            format!("`{name_or_path}`"),
+            allowed,
+        )
+    })?;
+    Experiment::parse(text, &format!("experiments/{name}.toml"))
+}

@@ -1,0 +1,352 @@
+//! The paper's claims, each with its estimator, its rule and a verdict.
+
+use serde::Deserialize;
+
+use crate::base::statistics::Estimate;
+use crate::experiment::record::{Stage, WindowSample};
+use crate::report::measured::{ByRound, Cell, Measured, Quantity, by_round, seconds_a_step};
+
+/// A claim as `paper/claims.toml` states it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    pub id: String,
+    pub statement: String,
+    /// The printed number.
+    pub quote: String,
+    /// Where in the paper.
+    pub source: String,
+    pub estimate: Estimator,
+    pub judge: Vec<Judgement>,
+}
+
+/// How the claimed quantity is estimated.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Estimator {
+    pub kind: EstimatorKind,
+    pub experiment: String,
+    pub quantity: Quantity,
+    pub of: Cell,
+    pub over: Option<Cell>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EstimatorKind {
+    /// Seconds of `of`, for the paper's number of steps.
+    RunTime,
+    /// Time of `of` over time of `over`.
+    Ratio,
+    /// Time of `of` in the last quarter of the windows over that in the first.
+    LateOverEarly,
+    /// The part of `of`'s whole time.
+    Share,
+    /// Time of `of` minus that of `over`, milliseconds a step.
+    Gain,
+}
+
+impl EstimatorKind {
+    fn unit(self) -> &'static str {
+        match self {
+            EstimatorKind::RunTime => "s",
+            EstimatorKind::Gain => "ms/step",
+            EstimatorKind::Share => "of total",
+            EstimatorKind::Ratio | EstimatorKind::LateOverEarly => "x",
+        }
+    }
+}
+
+/// One way to judge a claim.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Judgement {
+    pub name: String,
+    pub rule: Rule,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Rule {
+    /// The interval lies above `value`.
+    Above { value: f64 },
+    /// `value` lies in the interval, or the median within `tolerance` (relative) of it.
+    Near { value: f64, tolerance: f64 },
+    /// The whole interval lies within `tolerance` (relative) of `value`.
+    Equal { value: f64, tolerance: f64 },
+    /// Nothing to judge.
+    Information {},
+}
+
+impl Rule {
+    pub fn in_words(self) -> String {
+        match self {
+            Rule::Above { value } => format!("interval above {value}"),
+            Rule::Near { value, tolerance } => {
+                format!(
+                    "{value} in the interval, or median within {:.0} %",
+                    100.0 * tolerance
+                )
+            }
+            Rule::Equal { value, tolerance } => {
+                format!("interval within {:.0} % of {value}", 100.0 * tolerance)
+            }
+            Rule::Information {} => "information only".to_string(),
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    Holds,
+    Fails,
+    NotResolved { why: String },
+    NotTestableHere { why: String },
+}
+
+impl Verdict {
+    pub fn name(&self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::Fails => "fails",
+            Verdict::NotResolved { .. } => "not resolved",
+            Verdict::NotTestableHere { .. } => "not testable here",
+        }
+    }
+
+    pub fn reason(&self) -> &str {
+        match self {
+            Verdict::Holds | Verdict::Fails => "",
+            Verdict::NotResolved { why } | Verdict::NotTestableHere { why } => why,
+        }
+    }
+}
+
+/// A claim judged by one of its rules.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    pub claim: Claim,
+    pub judgement: Judgement,
+    pub estimate: Option<Estimate>,
+    pub unit: &'static str,
+    pub verdict: Verdict,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Claims {
+    claim: Vec<Claim>,
+}
+
+/// All claims, in the order of the file.
+pub fn load() -> Vec<Claim> {
+    let claims: Claims = toml::from_str(include_str!("../../paper/claims.toml"))
+        .expect("the embedded claims are valid");
+    claims.claim
+}
+
+/// Judges every claim whose experiment the run holds.
+pub fn judge_all(measured: &Measured) -> Vec<Judged> {
+    let mut judged = Vec::new();
+    for claim in load() {
+        if measured.experiment(&claim.estimate.experiment).is_none() {
+            continue;
+        }
+        let estimate = claim.estimate.evaluate(measured);
+        for judgement in claim.judge.clone() {
+            let verdict = match &estimate {
+                Ok(estimate) => judge(judgement.rule, estimate),
+                Err(why) => Verdict::NotTestableHere { why: why.clone() },
+            };
+            judged.push(Judged {
+                unit: claim.estimate.kind.unit(),
+                estimate: estimate.clone().ok(),
+                claim: claim.clone(),
+                judgement,
+                verdict,
+            });
+        }
+    }
+    judged
+}
+
+/// The verdict of a rule on an estimate.
+pub fn judge(rule: Rule, estimate: &Estimate) -> Verdict {
+    if let Rule::Information {} = rule {
+        return Verdict::NotTestableHere {
+            why: "absolute times belong to a machine".to_string(),
+        };
+    }
+    let Some(interval) = estimate.interval else {
+        let why = format!("{} rounds are too few for an interval", estimate.samples);
+        return Verdict::NotResolved { why };
+    };
+    let (low, high) = (interval.low, interval.high);
+    let straddles = |what: String| Verdict::NotResolved {
+        why: format!("the interval straddles {what}"),
+    };
+    match rule {
+        Rule::Above { value } if low > value => Verdict::Holds,
+        Rule::Above { value } if high < value => Verdict::Fails,
+        Rule::Above { value } => straddles(value.to_string()),
+        Rule::Near { value, tolerance } => {
+            let close = (estimate.median / value - 1.0).abs() <= tolerance;
+            let (least, most) = (value * (1.0 - tolerance), value * (1.0 + tolerance));
+            if close || (low <= value && value <= high) {
+                Verdict::Holds
+            } else if high < least || low > most {
+                Verdict::Fails
+            } else {
+                straddles(format!("{least:.3} or {most:.3}"))
+            }
+        }
+        Rule::Equal { value, tolerance } => {
+            let (least, most) = (value * (1.0 - tolerance), value * (1.0 + tolerance));
+            if low >= least && high <= most {
+                Verdict::Holds
+            } else if high < least || low > most {
+                Verdict::Fails
+            } else {
+                straddles(format!("{least:.3} or {most:.3}"))
+            }
+        }
+        Rule::Information {} => unreachable!("handled above"),
+    }
+}
+
+impl Estimator {
+    /// The estimate, or why there is none on this machine.
+    fn evaluate(&self, measured: &Measured) -> Result<Estimate, String> {
+        for cell in std::iter::once(&self.of).chain(&self.over) {
+            let (needed, there) = (cell.threads, measured.info.usable_cores);
+            if needed > there {
+                return Err(format!("needs {needed} cores, this machine has {there}"));
+            }
+        }
+        let values = self.values(measured);
+        Estimate::of(&values).ok_or_else(|| "no round of its cells succeeded".to_string())
+    }
+
+    /// One value a round.
+    fn values(&self, measured: &Measured) -> Vec<f64> {
+        let stage = measured.stage_for_tables(&self.experiment);
+        let per_step =
+            |cell: &Cell| measured.per_step(&self.experiment, stage, cell, self.quantity);
+        let of = per_step(&self.of);
+        let over = self.over.as_ref().map(per_step).unwrap_or_default();
+        match self.kind {
+            EstimatorKind::RunTime => {
+                let steps = crate::report::published::Published::load().steps as f64;
+                of.values().map(|s| s * steps).collect()
+            }
+            EstimatorKind::Ratio => by_round(&of, &over, |a, b| a / b),
+            EstimatorKind::Gain => by_round(&of, &over, |a, b| 1e3 * (a - b)),
+            EstimatorKind::Share => {
+                let total: ByRound =
+                    measured.per_step(&self.experiment, stage, &self.of, Quantity::Total);
+                by_round(&of, &total, |part, whole| part / whole)
+            }
+            EstimatorKind::LateOverEarly => {
+                let windows = measured.windows(&self.experiment, Stage::Paired, &self.of);
+                windows
+                    .values()
+                    .filter_map(|windows| late_over_early(windows, self.quantity))
+                    .collect()
+            }
+        }
+    }
+}
+
+/// The last quarter of the windows over the first; `None` where there are fewer than four.
+fn late_over_early(windows: &[WindowSample], quantity: Quantity) -> Option<f64> {
+    let quarter = windows.len() / 4;
+    if quarter == 0 {
+        return None;
+    }
+    let late = seconds_a_step(&windows[windows.len() - quarter..], quantity);
+    Some(late / seconds_a_step(&windows[..quarter], quantity))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::statistics::Interval;
+
+    fn estimate(low: f64, median: f64, high: f64) -> Estimate {
+        Estimate {
+            median,
+            interval: Some(Interval { low, high }),
+            samples: 9,
+        }
+    }
+
+    #[test]
+    fn rules_hold_fail_or_stay_open() {
+        let above = Rule::Above { value: 1.0 };
+        assert_eq!(judge(above, &estimate(1.1, 1.2, 1.3)), Verdict::Holds);
+        assert_eq!(judge(above, &estimate(0.7, 0.8, 0.9)), Verdict::Fails);
+        assert_eq!(
+            judge(above, &estimate(0.9, 1.1, 1.3)).name(),
+            "not resolved"
+        );
+        let near = Rule::Near {
+            value: 1.17,
+            tolerance: 0.05,
+        };
+        assert_eq!(judge(near, &estimate(1.10, 1.16, 1.25)), Verdict::Holds);
+        assert_eq!(judge(near, &estimate(1.195, 1.20, 1.21)), Verdict::Holds);
+        assert_eq!(judge(near, &estimate(1.30, 1.33, 1.36)), Verdict::Fails);
+        assert_eq!(
+            judge(near, &estimate(1.20, 1.30, 1.36)).name(),
+            "not resolved"
+        );
+        let equal = Rule::Equal {
+            value: 1.0,
+            tolerance: 0.02,
+        };
+        assert_eq!(judge(equal, &estimate(0.99, 1.0, 1.01)), Verdict::Holds);
+        assert_eq!(
+            judge(equal, &estimate(0.97, 1.0, 1.01)).name(),
+            "not resolved"
+        );
+        assert_eq!(judge(equal, &estimate(1.05, 1.06, 1.07)), Verdict::Fails);
+    }
+
+    #[test]
+    fn too_few_rounds_are_said_so() {
+        let few = Estimate {
+            median: 2.0,
+            interval: None,
+            samples: 3,
+        };
+        let verdict = judge(Rule::Above { value: 1.0 }, &few);
+        assert_eq!(verdict.reason(), "3 rounds are too few for an interval");
+    }
+
+    #[test]
+    fn every_claim_names_an_experiment_and_presets_that_exist() {
+        for claim in load() {
+            let experiment = crate::experiment::library::load(&claim.estimate.experiment).unwrap();
+            for cell in std::iter::once(&claim.estimate.of).chain(&claim.estimate.over) {
+                assert!(
+                    experiment.factors.preset.contains(&cell.preset),
+                    "{}",
+                    claim.id
+                );
+                assert!(
+                    experiment.factors.threads.contains(&cell.threads),
+                    "{}",
+                    claim.id
+                );
+                assert!(
+                    experiment
+                        .factors
+                        .distance_test
+                        .contains(&cell.distance_test),
+                    "{}",
+                    claim.id
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! From records to what people read: pure functions of a run folder. Rendering it again anywhere gives the same bytes.
+
+pub mod chart;
+pub mod claim;
+pub mod figure;
+pub mod measured;
+pub mod page;
+pub mod published;
+pub mod samples;
+pub mod summary;
+pub mod table;

@@ -1,0 +1,349 @@
+//! `samples.csv` and `steps.csv`: every sample, one observation a row, ready for a spreadsheet.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use polars::prelude::{DataFrame, df};
+use serde::Serialize;
+
+use crate::base::files::write_whole;
+use crate::experiment::record::{
+    Outcome, RoundRecord, SCHEMA, Stage, Status, TrialRecord, Variant, WindowSample,
+};
+use crate::report::measured::Measured;
+
+/// The time of one phase of one variant in one round. The phases `total` and `non_cg` (total minus `cg`) are the steps'
+/// wall time; the others are those of the engine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SampleRow {
+    pub schema_version: u32,
+    pub run_id: String,
+    pub experiment_id: String,
+    pub stage: &'static str,
+    pub cell_id: String,
+    pub round: usize,
+    pub position: usize,
+    pub preset: String,
+    pub distance_test: String,
+    pub storage: String,
+    pub schedule: String,
+    pub chunk: Option<usize>,
+    pub cg: String,
+    pub cg_tolerance: f64,
+    pub threads_requested: usize,
+    pub threads_observed: Option<usize>,
+    pub particles: Option<usize>,
+    pub bytes_per_particle: Option<f64>,
+    pub steps: Option<usize>,
+    pub warmup_steps: Option<usize>,
+    pub phase: String,
+    pub calls: Option<u64>,
+    pub time_s: Option<f64>,
+    pub status: &'static str,
+    pub reason: String,
+    pub started_utc: String,
+    pub machine_id: String,
+    pub source_hash: String,
+    pub cpu_pressure_avg10_before: Option<f64>,
+    pub cpu_pressure_avg10_after: Option<f64>,
+    pub involuntary_switches: Option<u64>,
+    pub steal_ticks: Option<u64>,
+    pub freq_mhz_before: Option<f64>,
+    pub freq_mhz_after: Option<f64>,
+    /// The state after the last step.
+    pub digest: String,
+}
+
+/// One measured step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct StepRow<'a> {
+    run_id: &'a str,
+    experiment_id: &'a str,
+    cell_id: String,
+    round: usize,
+    window_start_step: usize,
+    step: usize,
+    total_s: f64,
+    cg_s: f64,
+    non_cg_s: f64,
+    cg_iterations: usize,
+    cg_residual: f64,
+    unknowns: usize,
+    ghosts: usize,
+}
+
+/// The name of a cell in every file.
+pub fn cell_id(experiment: &str, stage: Stage, variant: &Variant, threads: usize) -> String {
+    format!(
+        "{experiment}/{}/{}/t{threads}",
+        stage.name(),
+        variant.label()
+    )
+}
+
+/// All sample rows of a run, in the order of its rounds; then the cells that this machine has no cores for.
+pub fn rows(measured: &Measured) -> Vec<SampleRow> {
+    let mut rows = Vec::new();
+    for round in measured
+        .rounds
+        .iter()
+        .filter(|round| round.stage != Stage::States)
+    {
+        for trial in &round.trials {
+            for (k, variant) in trial.variants.iter().enumerate() {
+                rows.extend(variant_rows(measured, round, trial, variant, k));
+            }
+        }
+    }
+    for experiment in &measured.info.experiments {
+        let there = measured.info.usable_cores;
+        for &threads in experiment
+            .factors
+            .threads
+            .iter()
+            .filter(|&&threads| threads > there)
+        {
+            for variant in experiment.variants() {
+                let cell = cell_id(&experiment.id, Stage::Paired, &variant, threads);
+                rows.push(SampleRow {
+                    phase: "total".to_string(),
+                    status: Status::NotApplicable.name(),
+                    reason: format!("needs {threads} cores, this machine has {there}"),
+                    ..empty_row(
+                        measured,
+                        &experiment.id,
+                        Stage::Paired,
+                        cell,
+                        &variant,
+                        threads,
+                    )
+                });
+            }
+        }
+    }
+    rows
+}
+
+fn empty_row(
+    measured: &Measured,
+    experiment: &str,
+    stage: Stage,
+    cell_id: String,
+    variant: &Variant,
+    threads: usize,
+) -> SampleRow {
+    SampleRow {
+        schema_version: SCHEMA,
+        run_id: measured.info.run_id.clone(),
+        experiment_id: experiment.to_string(),
+        stage: stage.name(),
+        cell_id,
+        round: 0,
+        position: 0,
+        preset: variant.preset.clone(),
+        distance_test: variant.distance_test.clone(),
+        storage: variant.storage.clone(),
+        chunk: variant
+            .schedule
+            .split_once(':')
+            .and_then(|(_, chunk)| chunk.parse().ok()),
+        schedule: variant.schedule.clone(),
+        cg: variant.cg.clone(),
+        cg_tolerance: variant.cg_tolerance,
+        threads_requested: threads,
+        threads_observed: None,
+        particles: None,
+        bytes_per_particle: None,
+        steps: None,
+        warmup_steps: None,
+        phase: String::new(),
+        calls: None,
+        time_s: None,
+        status: "",
+        reason: String::new(),
+        started_utc: String::new(),
+        machine_id: measured.info.machine_id.clone(),
+        source_hash: measured.info.source_hash.clone(),
+        cpu_pressure_avg10_before: None,
+        cpu_pressure_avg10_after: None,
+        involuntary_switches: None,
+        steal_ticks: None,
+        freq_mhz_before: None,
+        freq_mhz_after: None,
+        digest: String::new(),
+    }
+}
+
+/// The rows of one variant of a trial: one a phase, or a single one that says why there are none.
+fn variant_rows(
+    measured: &Measured,
+    round: &RoundRecord,
+    trial: &TrialRecord,
+    variant: &Variant,
+    place: usize,
+) -> Vec<SampleRow> {
+    let cell = cell_id(&round.experiment, round.stage, variant, trial.threads);
+    let base = SampleRow {
+        round: round.round,
+        position: trial.position,
+        status: trial.status.name(),
+        reason: trial.reason.clone(),
+        started_utc: trial.started_utc.clone(),
+        ..empty_row(
+            measured,
+            &round.experiment,
+            round.stage,
+            cell,
+            variant,
+            trial.threads,
+        )
+    };
+    let Some(outcome) = trial
+        .outcome
+        .as_ref()
+        .filter(|_| trial.status == Status::Ok)
+    else {
+        return vec![SampleRow {
+            phase: "total".to_string(),
+            ..base
+        }];
+    };
+    let windows = &outcome.samples[place];
+    let base = with_outcome(base, outcome, windows, place);
+    let sum = |value: fn(&crate::experiment::record::StepSample) -> f64| -> f64 {
+        windows.iter().flat_map(|w| &w.steps).map(value).sum()
+    };
+    let (total, cg) = (sum(|s| s.total_s), sum(|s| s.cg_s));
+    let steps = base.steps.map(|steps| steps as u64);
+    let row = |phase: &str, calls: Option<u64>, time_s: f64| SampleRow {
+        phase: phase.to_string(),
+        calls,
+        time_s: Some(time_s),
+        ..base.clone()
+    };
+    let mut rows = vec![row("total", steps, total), row("non_cg", steps, total - cg)];
+    rows.extend(
+        phases(windows)
+            .into_iter()
+            .map(|(name, calls, time_s)| row(&name, Some(calls), time_s)),
+    );
+    rows
+}
+
+fn with_outcome(
+    row: SampleRow,
+    outcome: &Outcome,
+    windows: &[WindowSample],
+    place: usize,
+) -> SampleRow {
+    let (before, after) = (&outcome.noise_before, &outcome.noise_after);
+    let difference = |a: Option<u64>, b: Option<u64>| Some(b?.saturating_sub(a?));
+    SampleRow {
+        threads_observed: Some(outcome.threads_observed),
+        particles: Some(outcome.particles),
+        bytes_per_particle: outcome
+            .bytes
+            .get(place)
+            .map(|&b| b as f64 / outcome.particles as f64),
+        steps: Some(windows.iter().map(|w| w.steps.len()).sum()),
+        warmup_steps: Some(windows.iter().map(|w| w.window.warmup_steps).sum()),
+        cpu_pressure_avg10_before: before.cpu_pressure_avg10,
+        cpu_pressure_avg10_after: after.cpu_pressure_avg10,
+        involuntary_switches: difference(before.involuntary_switches, after.involuntary_switches),
+        steal_ticks: difference(before.steal_ticks, after.steal_ticks),
+        freq_mhz_before: before.frequency_mhz,
+        freq_mhz_after: after.frequency_mhz,
+        digest: windows
+            .last()
+            .map_or_else(String::new, |w| w.digest.clone()),
+        ..row
+    }
+}
+
+/// Calls and seconds of each phase over all windows, in the order of a step.
+fn phases(windows: &[WindowSample]) -> Vec<(String, u64, f64)> {
+    let mut phases: Vec<(String, u64, f64)> = Vec::new();
+    for sample in windows.iter().flat_map(|w| &w.phases) {
+        match phases.iter_mut().find(|(name, ..)| *name == sample.phase) {
+            Some((_, calls, time_s)) => {
+                *calls += sample.calls;
+                *time_s += sample.time_s;
+            }
+            None => phases.push((sample.phase.clone(), sample.calls, sample.time_s)),
+        }
+    }
+    phases
+}
+
+/// Writes both files.
+pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<()> {
+    write_csv(&folder.join("samples.csv"), rows)?;
+    let mut steps = Vec::new();
+    for round in measured
+        .rounds
+        .iter()
+        .filter(|round| round.stage != Stage::States)
+    {
+        for trial in &round.trials {
+            let Some(outcome) = trial
+                .outcome
+                .as_ref()
+                .filter(|_| trial.status == Status::Ok)
+            else {
+                continue;
+            };
+            for (variant, windows) in trial.variants.iter().zip(&outcome.samples) {
+                for window in windows {
+                    steps.extend(window.steps.iter().map(|step| StepRow {
+                        run_id: &measured.info.run_id,
+                        experiment_id: &round.experiment,
+                        cell_id: cell_id(&round.experiment, round.stage, variant, trial.threads),
+                        round: round.round,
+                        window_start_step: window.window.start_step,
+                        step: step.step,
+                        total_s: step.total_s,
+                        cg_s: step.cg_s,
+                        non_cg_s: step.total_s - step.cg_s,
+                        cg_iterations: step.cg_iterations,
+                        cg_residual: step.cg_residual,
+                        unknowns: step.unknowns,
+                        ghosts: step.ghosts,
+                    }));
+                }
+            }
+        }
+    }
+    write_csv(&folder.join("steps.csv"), &steps)
+}
+
+/// Writes rows with a header, whole or not at all.
+pub fn write_csv<R: Serialize>(path: &Path, rows: &[R]) -> Result<()> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    write_whole(path, &writer.into_inner()?)
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The successful rows as a data frame: a row a cell, round and phase, with its milliseconds a step.
+pub fn frame(rows: &[SampleRow]) -> Result<DataFrame> {
+    let ok: Vec<(&SampleRow, f64)> = rows
+        .iter()
+        .filter_map(|row| Some((row, 1e3 * row.time_s? / row.steps? as f64)))
+        .collect();
+    let text = |value: fn(&SampleRow) -> &str| -> Vec<&str> {
+        ok.iter().map(|(row, _)| value(row)).collect()
+    };
+    Ok(df![
+        "experiment" => text(|row| &row.experiment_id),
+        "stage" => text(|row| row.stage),
+        "cell" => text(|row| &row.cell_id),
+        "preset" => text(|row| &row.preset),
+        "distance_test" => text(|row| &row.distance_test),
+        "threads" => ok.iter().map(|(row, _)| row.threads_requested as u32).collect::<Vec<_>>(),
+        "phase" => text(|row| &row.phase),
+        "round" => ok.iter().map(|(row, _)| row.round as u32).collect::<Vec<_>>(),
+        "ms_per_step" => ok.iter().map(|(_, ms)| *ms).collect::<Vec<_>>(),
+    ]?)
+}
