@@ -14,8 +14,8 @@ use crate::cli::engine_options::EngineOptions;
 use crate::engine::diagnostics::{FlowState, digest};
 use crate::engine::particles::Kind;
 use crate::engine::simulation::{self, Simulation, Start, StepReport};
-use crate::experiment::interrupt;
 use crate::experiment::timer::PhaseClock;
+use crate::experiment::{interrupt, memory};
 use crate::report::samples::write_csv;
 use crate::scene::{Scene, library, snapshot};
 
@@ -61,8 +61,7 @@ struct Timing {
 impl Simulate {
     pub fn run(self) -> Result<Exit> {
         let scene = library::load(&self.scene, &self.set)?;
-        let available = available_memory_bytes();
-        scene.require_memory(&self.scene, 1, available)?;
+        scene.require_memory(&self.scene, 1, memory::available_bytes())?;
         let options = self.engine.resolve()?;
         if let Some(0) = self.every {
             return Err(InputError::new(
@@ -223,11 +222,4 @@ fn prepare_folder(folder: &Path) -> Result<()> {
     fs::write(&probe, b"").map_err(|error| refused(&format!("cannot be written: {error}")))?;
     let _ = fs::remove_file(probe);
     Ok(())
-}
-
-/// Memory that can be had without swapping, bytes.
-fn available_memory_bytes() -> u64 {
-    let mut system = sysinfo::System::new();
-    system.refresh_memory();
-    system.available_memory()
 }

@@ -7,6 +7,7 @@ pub mod execute;
 pub mod interrupt;
 pub mod library;
 pub mod machine;
+pub mod memory;
 pub mod plan;
 pub mod record;
 pub mod run;

@@ -14,6 +14,7 @@ use crate::engine::phase::NoProbe;
 use crate::engine::preset::Preset;
 use crate::engine::simulation::{self, Start};
 use crate::experiment::machine::{Topology, allowed_cpus};
+use crate::experiment::memory;
 use crate::experiment::record::{Stage, StateDigest, Variant, Window};
 use crate::experiment::spec::{Experiment, Mode, Paired};
 use crate::scene::{Scene, library};
@@ -152,6 +153,11 @@ impl PlannedExperiment {
     fn new(spec: Experiment, mode: Mode, usable_cores: usize) -> Result<Self, InputError> {
         let sets = spec.measurement(mode).scene_sets();
         let scene = library::load(&spec.scene, &sets)?;
+        scene.require_memory(
+            &spec.scene,
+            spec.variants().len(),
+            memory::available_bytes(),
+        )?;
         let particles = scene.particles(&spec.scene)?.len();
         let threads = spec
             .factors

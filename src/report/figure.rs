@@ -1,24 +1,17 @@
 //! The figures of the report, as descriptions that the chart module draws.
 
-use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
-use crate::experiment::spec::Mode;
 use crate::report::chart::{
-    Axis, Bar, BarGroup, BarPanel, Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series,
-    XyPanel,
+    Axis, Bar, BarGroup, BarPanel, Figure, Line, Marker, Panel, Point, Scale, Series, XyPanel,
 };
-use crate::report::measured::{Cell, Measured, Quantity, estimate, ratio};
+use crate::report::measured::{Cell, Measured, Quantity, estimate};
 use crate::report::published::{Published, Seconds};
 use crate::report::table::distance_tests;
 
-const LINKED_LIST: usize = 5;
-const RELOCATED: usize = 6;
-
-/// What stands under every figure of a quick run.
-fn stamp(measured: &Measured) -> Option<String> {
-    (measured.info.mode == Mode::Quick).then(|| "quick: not for citation".to_string())
-}
+/// The colour of each search in all figures, by its place in the palette.
+pub(super) const LINKED_LIST: usize = 5;
+pub(super) const RELOCATED: usize = 6;
 
 /// Table 2 as stacked bars: the paper's and ours.
 pub fn table2(measured: &Measured) -> Figure {
@@ -56,7 +49,13 @@ pub fn table2(measured: &Measured) -> Figure {
             bar("relocated", Preset::PAPER_AOS_RELOCATION),
         ];
         groups.push(BarGroup {
-            label: format!("here, {test}"),
+            label: match measured
+                .particles()
+                .filter(|&count| count != published.particles)
+            {
+                Some(count) => format!("here, {test}, {count} particles"),
+                None => format!("here, {test}"),
+            },
             bars: bars.into_iter().flatten().collect(),
         });
     }
@@ -71,242 +70,17 @@ pub fn table2(measured: &Measured) -> Figure {
             segments: vec!["CG".to_string(), "outside CG".to_string()],
             groups,
         })],
-        note: stamp(measured),
+        note: measured.stamp(),
     }
 }
 
-/// Figure 4: time against threads and parallel efficiency, with ideal lines; the paper's two printed maxima as marks.
-pub fn figure4(measured: &Measured) -> Figure {
-    let published = Published::load();
-    Figure {
-        title: "Figure 4: time against the number of threads".to_string(),
-        description: "Left: seconds of the whole run and of its part outside CG against the number of threads, \
-                      with and without relocation, with 95 % intervals and ideal lines. Right: speed-up over one \
-                      thread of the same search, with the two largest speed-ups that the paper prints as marks."
-            .to_string(),
-        panels: vec![
-            Panel::Xy(times_panel(measured, published.steps as f64)),
-            Panel::Xy(efficiency_panel(measured)),
-            Panel::Xy(speed_up_panel(measured, &published)),
-        ],
-        note: stamp(measured),
-    }
-}
-
-struct Curve {
-    label: &'static str,
-    preset: Preset,
-    quantity: Quantity,
-    color: usize,
-    marker: Marker,
-}
-
-const CURVES: [Curve; 4] = [
-    Curve {
-        label: "whole run, linked list",
-        preset: Preset::PAPER_LINKED_LIST,
-        quantity: Quantity::Total,
-        color: LINKED_LIST,
-        marker: Marker::Circle,
-    },
-    Curve {
-        label: "whole run, relocated",
-        preset: Preset::PAPER_AOS_RELOCATION,
-        quantity: Quantity::Total,
-        color: RELOCATED,
-        marker: Marker::Square,
-    },
-    Curve {
-        label: "outside CG, linked list",
-        preset: Preset::PAPER_LINKED_LIST,
-        quantity: Quantity::NonCg,
-        color: LINKED_LIST,
-        marker: Marker::OpenCircle,
-    },
-    Curve {
-        label: "outside CG, relocated",
-        preset: Preset::PAPER_AOS_RELOCATION,
-        quantity: Quantity::NonCg,
-        color: RELOCATED,
-        marker: Marker::OpenSquare,
-    },
-];
-
-fn thread_axis(measured: &Measured) -> Axis {
-    let threads = measured
-        .experiment("figure4")
-        .map(|e| e.factors.threads.clone())
-        .unwrap_or_default();
-    let most = threads.iter().copied().max().unwrap_or(1) as f64;
-    Axis {
-        label: "threads".to_string(),
-        scale: Scale::Log2,
-        range: Some((0.9, 1.15 * most)),
-        ticks: Some(threads.iter().map(|&t| (t as f64, t.to_string())).collect()),
-    }
-}
-
-fn automatic(label: &str, scale: Scale) -> Axis {
+/// An axis whose range and ticks follow from the data.
+pub(super) fn automatic(label: &str, scale: Scale) -> Axis {
     Axis {
         label: label.to_string(),
         scale,
         range: None,
         ticks: None,
-    }
-}
-
-fn point(threads: usize, estimate: Estimate) -> Point {
-    Point {
-        x: threads as f64,
-        y: estimate.median,
-        low: estimate.interval.map(|i| i.low),
-        high: estimate.interval.map(|i| i.high),
-        label: None,
-    }
-}
-
-/// One estimate a thread count for a curve; thread counts without a successful round are left out.
-fn points(measured: &Measured, value: impl Fn(usize) -> Option<Estimate>) -> Vec<Point> {
-    measured
-        .threads("figure4")
-        .into_iter()
-        .filter_map(|t| Some(point(t, value(t)?)))
-        .collect()
-}
-
-fn per_step(
-    measured: &Measured,
-    curve: &Curve,
-    threads: usize,
-) -> crate::report::measured::ByRound {
-    let stage = measured.stage_for_tables("figure4");
-    let cell = Cell::new(curve.preset.name(), "sqrt", threads);
-    measured.per_step("figure4", stage, &cell, curve.quantity)
-}
-
-fn times_panel(measured: &Measured, steps: f64) -> XyPanel {
-    let mut series = Vec::new();
-    for curve in &CURVES {
-        let points = points(measured, |t| {
-            estimate(&per_step(measured, curve, t)).map(|e| e.scaled(steps))
-        });
-        if let Some(first) = points.first().cloned() {
-            series.push(ideal(
-                &measured
-                    .experiment("figure4")
-                    .map(|e| e.factors.threads.clone())
-                    .unwrap_or_default(),
-                first,
-                curve.color,
-            ));
-        }
-        series.push(Series {
-            label: curve.label.to_string(),
-            color: curve.color,
-            line: Line::Solid,
-            marker: curve.marker,
-            points,
-        });
-    }
-    XyPanel {
-        title: "time of the run".to_string(),
-        x: thread_axis(measured),
-        y: automatic("seconds", Scale::Log10),
-        series,
-        marks: Vec::new(),
-        bands: Vec::new(),
-    }
-}
-
-/// The time that perfect scaling from one thread would give.
-fn ideal(threads: &[usize], first: Point, color: usize) -> Series {
-    let points = threads
-        .iter()
-        .map(|&t| Point {
-            x: t as f64,
-            y: first.y / t as f64,
-            low: None,
-            high: None,
-            label: None,
-        })
-        .collect();
-    Series {
-        label: String::new(),
-        color,
-        line: Line::Dashed,
-        marker: Marker::None,
-        points,
-    }
-}
-
-fn efficiency_panel(measured: &Measured) -> XyPanel {
-    let series = CURVES
-        .iter()
-        .map(|curve| Series {
-            label: curve.label.to_string(),
-            color: curve.color,
-            line: Line::Solid,
-            marker: curve.marker,
-            points: points(measured, |t| {
-                let speed_up = ratio(&per_step(measured, curve, 1), &per_step(measured, curve, t))?;
-                Some(speed_up.scaled(1.0 / t as f64))
-            }),
-        })
-        .collect();
-    XyPanel {
-        title: "parallel efficiency".to_string(),
-        x: thread_axis(measured),
-        y: Axis {
-            range: Some((0.0, 1.15)),
-            ..automatic("speed-up / threads", Scale::Linear)
-        },
-        series,
-        marks: vec![Mark {
-            label: String::new(),
-            at: MarkAt::Y(1.0),
-            color: 0,
-        }],
-        bands: Vec::new(),
-    }
-}
-
-fn speed_up_panel(measured: &Measured, published: &Published) -> XyPanel {
-    let series = CURVES
-        .iter()
-        .map(|curve| Series {
-            label: curve.label.to_string(),
-            color: curve.color,
-            line: Line::Solid,
-            marker: curve.marker,
-            points: points(measured, |t| {
-                ratio(&per_step(measured, curve, 1), &per_step(measured, curve, t))
-            }),
-        })
-        .collect();
-    let threads = published.figure4.threads as f64;
-    let mark = |label: &str, y: f64| Mark {
-        label: format!("paper, {label}: {y}x at 32 threads"),
-        at: MarkAt::Point(threads, y),
-        color: 0,
-    };
-    XyPanel {
-        title: "speed-up over one thread, and the paper's two numbers".to_string(),
-        x: thread_axis(measured),
-        y: Axis {
-            range: Some((0.8, 40.0)),
-            ticks: Some(
-                [1, 2, 4, 8, 16, 32]
-                    .map(|t| (f64::from(t), t.to_string()))
-                    .to_vec(),
-            ),
-            ..automatic("speed-up", Scale::Log2)
-        },
-        series,
-        marks: vec![
-            mark("whole run", published.figure4.total_speed_up),
-            mark("outside CG", published.figure4.non_cg_speed_up),
-        ],
-        bands: Vec::new(),
     }
 }
 
@@ -355,7 +129,7 @@ pub fn steps(measured: &Measured) -> Option<Figure> {
             marks: Vec::new(),
             bands: Vec::new(),
         })],
-        note: stamp(measured),
+        note: measured.stamp(),
     })
 }
 

@@ -12,7 +12,8 @@ use crate::engine::phase::Phase;
 use crate::experiment::machine::Machine;
 use crate::experiment::record::{RoundRecord, Stage, Status, TrialRecord, WindowSample};
 use crate::experiment::run::RunInfo;
-use crate::experiment::spec::Experiment;
+use crate::experiment::spec::{Experiment, Mode};
+use crate::report::published::Published;
 
 /// Rounds of whole runs from which their own interval is worth more than that of paired trials.
 const ENOUGH_WHOLE_ROUNDS: usize = 6;
@@ -153,6 +154,27 @@ impl Measured {
             .into_iter()
             .map(|(round, windows)| (round, seconds_a_step(windows, quantity)))
             .collect()
+    }
+
+    /// Particles of the first trial that succeeded.
+    pub fn particles(&self) -> Option<usize> {
+        let trials = self.rounds.iter().flat_map(|round| &round.trials);
+        trials
+            .filter_map(|trial| trial.outcome.as_ref())
+            .map(|o| o.particles)
+            .next()
+    }
+
+    /// What stands on every page and figure of a quick run.
+    pub fn stamp(&self) -> Option<String> {
+        let scene = match self.particles() {
+            Some(count) => format!(
+                "{count} particles, the paper has {}",
+                Published::load().particles
+            ),
+            None => "nothing measured".to_string(),
+        };
+        (self.info.mode == Mode::Quick).then(|| format!("quick: not for citation ({scene})"))
     }
 
     /// The stage whose intervals tables use: whole runs where there are enough of them, paired trials otherwise.

@@ -3,7 +3,9 @@
 pub mod chart;
 pub mod claim;
 pub mod figure;
+pub mod figure4;
 pub mod measured;
+pub mod model;
 pub mod page;
 pub mod published;
 pub mod samples;

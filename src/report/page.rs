@@ -11,13 +11,12 @@ use crate::base::files::write_whole;
 use crate::base::statistics::Estimate;
 use crate::experiment::machine::Machine;
 use crate::experiment::record::{Stage, Status};
-use crate::experiment::spec::Mode;
 use crate::report::chart::{Figure, svg_to_png};
 use crate::report::claim::{Judged, judge_all};
 use crate::report::measured::{Cell, Measured, Quantity, ratio};
 use crate::report::summary::{CellPhase, cell_phases, summary};
 use crate::report::table::{TableView, phases_view, show, table2_rows, table2_view};
-use crate::report::{figure, samples};
+use crate::report::{figure, figure4, samples};
 
 /// Width of the PNGs, pixels.
 const PNG_WIDTH: u32 = 1600;
@@ -244,7 +243,7 @@ fn section(measured: &Measured, phases: &[CellPhase], id: &str, folder: &Path) -
                 figures.push(draw("steps", &steps, folder)?);
             }
         }
-        "figure4" => figures.push(draw("figure4", &figure::figure4(measured), folder)?),
+        "figure4" => figures.push(draw("figure4", &figure4::figure4(measured), folder)?),
         _ => {}
     }
     tables.push(phases_view(phases, id));
@@ -418,7 +417,7 @@ fn page(measured: &Measured, judged: &[Judged], sections: Vec<Section>) -> Page 
             "AoS relocation in the MPS method, rerun on {}",
             info.machine_alias
         ),
-        stamp: (info.mode == Mode::Quick).then(|| "quick: not for citation".to_string()),
+        stamp: measured.stamp(),
         run: RunView {
             id: info.run_id.clone(),
             mode: info.mode.name(),

@@ -1,0 +1,156 @@
+//! A run that is killed goes on where it was, and ends as if nothing had happened.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+const TINY: &str = r#"
+schema = 1
+id = "tiny"
+title = "Tiny"
+question = "Does a killed run go on?"
+analysis = "Compare cells, statuses and digests."
+scene = "dam-break"
+seed = 1
+[factors]
+threads = [1, 2, 4096]
+preset = ["paper-linked-list", "paper-aos-relocation"]
+distance_test = ["sqrt"]
+[fixed]
+storage = "ell"
+schedule = "dynamic:64"
+cg = "parallel"
+cg_tolerance = 1e-8
+pin = "off"
+[mode.quick]
+scene = { particle_distance_m = 0.075, end_time_s = 0.3 }
+whole = { rounds = 2 }
+paired = { rounds = 6, windows = 4, warmup_steps = 1, steps = 2 }
+[mode.default]
+paired = { rounds = 1, windows = 1, warmup_steps = 0, steps = 1 }
+[mode.full]
+paired = { rounds = 1, windows = 1, warmup_steps = 0, steps = 1 }
+"#;
+
+fn start(experiment: &Path, folder: &Path) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_repro"))
+        .arg("run")
+        .arg(experiment)
+        .args(["--quick", "--output"])
+        .arg(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// What must not depend on interruptions: cell, round, phase, status and digest of every row.
+fn essence(folder: &Path) -> Vec<Vec<String>> {
+    let mut reader = csv::Reader::from_path(folder.join("samples.csv")).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let wanted = ["cell_id", "round", "position", "phase", "status", "digest"];
+    let columns = wanted.map(|name| header.iter().position(|h| h == name).unwrap());
+    reader
+        .records()
+        .map(|row| {
+            columns
+                .map(|c| row.as_ref().unwrap()[c].to_string())
+                .to_vec()
+        })
+        .collect()
+}
+
+#[test]
+fn a_killed_run_ends_like_an_uninterrupted_one() {
+    let place = tempfile::tempdir().unwrap();
+    let experiment = place.path().join("tiny.toml");
+    fs::write(&experiment, TINY.replace("4096", "1024")).unwrap();
+    let (whole, killed) = (place.path().join("whole"), place.path().join("killed"));
+    let output = start(&experiment, &whole).wait_with_output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+
+    for milliseconds in [150, 700, 1500] {
+        let mut child = start(&experiment, &killed);
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        let _ = child.kill();
+        let _ = child.wait();
+    }
+    let finished = start(&experiment, &killed).wait_with_output().unwrap();
+    let again = start(&experiment, &killed).wait_with_output().unwrap();
+    let text = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert_eq!(
+        again.status.code(),
+        Some(2),
+        "a finished run is not run again: {text}"
+    );
+    assert!(
+        text.contains("finished run") && text.contains("--fresh"),
+        "{text}"
+    );
+    // The last kill may have come after the end; then the run that should finish it was refused as finished.
+    assert!(
+        matches!(finished.status.code(), Some(0 | 2)),
+        "{finished:?}"
+    );
+
+    let rows = essence(&whole);
+    assert_eq!(rows, essence(&killed));
+    assert!(rows.iter().any(|row| row[4] == "not_applicable"));
+    assert!(
+        rows.iter()
+            .all(|row| row[4] == "ok" || row[4] == "not_applicable")
+    );
+    assert!(
+        !killed.join("states").exists(),
+        "states are removed when they are no longer needed"
+    );
+    for file in [
+        "report.html",
+        "report.md",
+        "machine.json",
+        "summary.csv",
+        "steps.csv",
+        "claims.csv",
+    ] {
+        assert!(killed.join(file).is_file(), "{file} is missing");
+    }
+}
+
+#[test]
+fn rendering_again_gives_the_same_bytes() {
+    let place = tempfile::tempdir().unwrap();
+    let experiment = place.path().join("tiny.toml");
+    fs::write(&experiment, TINY.replace("4096", "1024")).unwrap();
+    let folder = place.path().join("run");
+    assert!(start(&experiment, &folder).wait().unwrap().success());
+    let read = |name: &str| fs::read(folder.join(name)).unwrap();
+    let names = [
+        "samples.csv",
+        "steps.csv",
+        "summary.csv",
+        "report.html",
+        "report.md",
+        "machine.csv",
+    ];
+    let before = names.map(read);
+    let status = Command::new(env!("CARGO_BIN_EXE_repro"))
+        .arg("report")
+        .arg(&folder)
+        .output()
+        .unwrap();
+    assert!(status.status.success());
+    for (name, before) in names.iter().zip(before) {
+        assert_eq!(fs::read(folder.join(name)).unwrap(), before, "{name}");
+    }
+    let text = String::from_utf8(read("report.html")).unwrap();
+    let home = std::env::var("HOME").unwrap_or_else(|_| "/home".to_string());
+    assert!(
+        !text.contains(&home) && !text.contains(place.path().to_str().unwrap()),
+        "no path is recorded"
+    );
+}
