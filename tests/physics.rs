@@ -394,30 +394,24 @@ fn a_pool_without_a_free_surface_is_found_and_anchored() {
 #[test]
 fn tighter_tolerances_converge_to_one_answer() {
     let scene = dam_break(0.075);
-    let pressures = |tolerance: f64| {
-        let change: fn(&mut Options) = match tolerance {
-            t if t == 1e-4 => |o| o.cg.tolerance = 1e-4,
-            t if t == 1e-8 => |o| o.cg.tolerance = 1e-8,
-            _ => |o| o.cg.tolerance = 1e-12,
+    let pressures = |tolerance: f64, change: fn(&mut Options)| {
+        let run = Run {
+            steps: 10,
+            change,
+            ..Run::default()
         };
-        let (simulation, report) = run_scene(
-            &scene,
-            &Run {
-                steps: 10,
-                change,
-                ..Run::default()
-            },
-        );
+        let (simulation, report) = run_scene(&scene, &run);
         assert!(report.pressure.unwrap().cg.residual <= 10.0 * tolerance);
         simulation.particles().pressure.clone()
     };
-    let best = pressures(1e-12);
+    let best = pressures(1e-12, |o| o.cg.tolerance = 1e-12);
     let error = |p: &[f64]| {
         let difference: f64 = p.iter().zip(&best).map(|(a, b)| (a - b) * (a - b)).sum();
         let norm: f64 = best.iter().map(|b| b * b).sum();
         (difference / norm).sqrt()
     };
-    let (loose, tight) = (error(&pressures(1e-4)), error(&pressures(1e-8)));
+    let loose = error(&pressures(1e-4, |o| o.cg.tolerance = 1e-4));
+    let tight = error(&pressures(1e-8, |o| o.cg.tolerance = 1e-8));
     assert!(
         loose < 1e-2 && tight < 1e-6 && tight < loose,
         "{loose:e} {tight:e}"

@@ -40,7 +40,7 @@ impl Grid {
         let extent_m = [0, 1, 2].map(|d| domain.high[d] - domain.low[d]);
         let cells = extent_m.map(|e| (e / side).floor() + 3.0);
         let product = cells[0] * cells[1] * cells[2];
-        if !(product <= Self::MAX_BUCKETS as f64) {
+        if product.is_nan() || product > Self::MAX_BUCKETS as f64 {
             return Err(TooManyBuckets {
                 extent_m,
                 side_m: side,
@@ -73,11 +73,11 @@ impl Grid {
     /// The bucket that holds `position`, or none outside the domain.
     pub fn bucket_at(&self, position: Vec3) -> Option<usize> {
         let mut bucket = 0;
-        for d in 0..3 {
-            if !(position[d] >= self.domain.low[d] && position[d] <= self.domain.high[d]) {
+        for (d, x) in position.into_iter().enumerate() {
+            if !(self.domain.low[d]..=self.domain.high[d]).contains(&x) {
                 return None;
             }
-            let cell = ((position[d] - self.domain.low[d]) / self.side) as usize + 1;
+            let cell = ((x - self.domain.low[d]) / self.side) as usize + 1;
             bucket = bucket * self.cells[d] + cell.min(self.cells[d] - 2);
         }
         Some(bucket)
