@@ -16,7 +16,15 @@ use sha2::{Digest, Sha256};
 mod scrub;
 
 /// What the hash of the measured code covers.
-const MEASURED: [&str; 4] = ["Cargo.lock", "src/base", "src/engine", "src/scene"];
+const MEASURED: [&str; 7] = [
+    "Cargo.lock",
+    "Cargo.toml",
+    "src/base",
+    "src/engine",
+    "src/experiment/timer.rs",
+    "src/experiment/trial.rs",
+    "src/scene",
+];
 /// What decides the program, and therefore whether it differs from its commit.
 const DECIDING: [&str; 6] = [
     "src",

@@ -1,7 +1,7 @@
 //! Every search against brute force, on random particles.
 
 use proptest::prelude::*;
-use repro::base::parallel::Team;
+use repro::base::parallel::{Schedule, Team, Workers};
 use repro::engine::parameters::Domain;
 use repro::engine::particles::Kind;
 use repro::engine::search::aos_relocation::AosRelocation;
@@ -18,6 +18,7 @@ const SIDE: f64 = 0.31;
 fn neighbors<C: CandidateSearch, T: DistanceTest>(
     positions: &[[f64; 3]],
     radius: f64,
+    workers: &Workers,
 ) -> Vec<Vec<usize>> {
     let grid = Grid::new(
         Domain {
@@ -33,7 +34,7 @@ fn neighbors<C: CandidateSearch, T: DistanceTest>(
         of_particle: vec![NONE; positions.len()],
     };
     buckets.assign(&vec![Kind::Fluid; positions.len()], positions, Team::SERIAL);
-    candidates.build(&buckets);
+    candidates.build(&buckets, workers);
     candidates.relocate(positions, Team::SERIAL);
     let near = Neighborhood {
         candidates: &candidates,
@@ -68,9 +69,10 @@ proptest! {
 
     #[test]
     fn all_searches_find_what_brute_force_finds(positions in positions(), radius in 0.01..SIDE) {
-        let truth = neighbors::<BruteForce, SquaredFirst>(&positions, radius);
-        let list = neighbors::<LinkedList, SquaredFirst>(&positions, radius);
-        let relocated = neighbors::<AosRelocation, RootFirst>(&positions, radius);
+        let workers = Workers::new(2, Schedule::Static, &[]).unwrap();
+        let truth = neighbors::<BruteForce, SquaredFirst>(&positions, radius, &workers);
+        let list = neighbors::<LinkedList, SquaredFirst>(&positions, radius, &workers);
+        let relocated = neighbors::<AosRelocation, RootFirst>(&positions, radius, &workers);
         prop_assert_eq!(&list, &relocated, "both must visit neighbours in the same order");
         prop_assert_eq!(sorted(list), truth);
     }

@@ -2,7 +2,7 @@
 //!
 //! A loop hands its body whole ranges of indices, never single ones, and each index to exactly one worker. Bodies
 //! write only the rows of their own range, so the result cannot depend on the schedule or on the number of threads.
-//! This is the only module of the project with `unsafe` code; the tests below hold it against plain sequential loops.
+//! Its `unsafe` code is tested below against plain sequential loops.
 
 use std::fmt;
 use std::num::NonZeroUsize;

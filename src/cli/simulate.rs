@@ -32,7 +32,7 @@ pub struct Simulate {
     /// Write the particles after every K-th step, not only after the last
     #[arg(long, value_name = "K", requires = "output")]
     every: Option<usize>,
-    /// Folder for the particles
+    /// Folder for the particles; those of a former simulation in it are replaced
     #[arg(long, short)]
     output: Option<PathBuf>,
     /// Format of the particles
@@ -97,9 +97,12 @@ impl Simulate {
                 .parent()
                 .filter(|p| !p.as_os_str().is_empty())
                 .unwrap_or(Path::new("."));
-            if file.is_dir() || !parent.is_dir() {
+            let probe = parent.join(format!("repro-probe.{}.part", std::process::id()));
+            let writable = fs::write(&probe, b"").is_ok();
+            let _ = fs::remove_file(probe);
+            if (file.exists() && !file.is_file()) || !writable {
                 let found = format!("`{}`", file.display());
-                let allowed = "allowed is a file in a folder that exists";
+                let allowed = "allowed is a file in a folder that exists and can be written";
                 return Err(InputError::new("command line", "--timings", found, allowed).into());
             }
         }
@@ -197,7 +200,8 @@ impl Simulate {
     }
 }
 
-/// Makes sure that `folder` is there, holds nothing but particles of former simulations, and can be written.
+/// Makes sure that `folder` is there, can be written and holds nothing but particles; those of a former simulation are
+/// removed, so that a folder never mixes two.
 fn prepare_folder(folder: &Path) -> Result<()> {
     let refused = |found: &str| {
         let found = format!("`{}`, which {found}", folder.display());
@@ -208,12 +212,15 @@ fn prepare_folder(folder: &Path) -> Result<()> {
         return Err(refused("is a file").into());
     }
     fs::create_dir_all(folder).map_err(|error| refused(&format!("cannot be created: {error}")))?;
+    let mut former = Vec::new();
     let ours =
         |name: &str| name.starts_with("particles-") && name.ends_with(".csv") || is_leftover(name);
     for entry in
         fs::read_dir(folder).map_err(|error| refused(&format!("cannot be read: {error}")))?
     {
-        let name = entry.context("cannot list the output folder")?.file_name();
+        let entry = entry.context("cannot list the output folder")?;
+        let name = entry.file_name();
+        former.push(entry.path());
         if !ours(&name.to_string_lossy()) {
             return Err(refused(&format!("holds `{}`", name.to_string_lossy())).into());
         }
@@ -221,5 +228,9 @@ fn prepare_folder(folder: &Path) -> Result<()> {
     let probe = folder.join(format!("particles-probe.csv.{}.part", std::process::id()));
     fs::write(&probe, b"").map_err(|error| refused(&format!("cannot be written: {error}")))?;
     let _ = fs::remove_file(probe);
+    for file in former {
+        fs::remove_file(&file)
+            .map_err(|error| refused(&format!("holds files that cannot be removed: {error}")))?;
+    }
     Ok(())
 }

@@ -22,7 +22,9 @@ pub enum Test {
     Squared,
 }
 
-/// Everything that may change the time of a simulation. Nothing here but `cg.tolerance` may change its answer.
+/// Everything that may change the time of a simulation. The answer depends on `cg.tolerance` alone, to the last bit, but
+/// for two rarities: brute force sums in another order, and the two distance tests may round a pair that lies exactly on
+/// a radius to different sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     pub search: Search,

@@ -101,7 +101,7 @@ impl<C: CandidateSearch> State<C> {
         if assigned.someone_left {
             self.retire_those_outside();
         }
-        self.candidates.build(&self.buckets);
+        self.candidates.build(&self.buckets, &self.workers);
         Ok(())
     }
 

@@ -7,10 +7,11 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::experiment::interrupt;
+use crate::experiment::machine::without_paths;
 use crate::experiment::plan::{Plan, PlannedExperiment, PlannedRound, PlannedTrial};
 use crate::experiment::record::{
     Outcome, RoundRecord, SCHEMA, Stage, StateDigest, Status, TrialRecord,
@@ -35,9 +36,11 @@ pub fn execute(plan: &Plan, folder: &Path) -> Result<()> {
         let record = if path.is_file() && states_are_there(round, experiment, folder) {
             let record = RoundRecord::read(&path)?;
             progress.inc(milliseconds(round.estimate_s()));
+            progress.reset_eta();
             record
         } else {
             let record = run_round(round, experiment, folder, &mut known, &progress)?;
+            require_states(round, &record)?;
             record.write(folder)?;
             record
         };
@@ -67,6 +70,19 @@ fn states_are_there(round: &PlannedRound, experiment: &PlannedExperiment, folder
         || state_steps(experiment)
             .iter()
             .all(|&step| file(step).is_file())
+}
+
+/// Without the states that one trial leaves, no later trial can start: its failure ends the run before it is recorded,
+/// so that the same command tries again.
+fn require_states(round: &PlannedRound, record: &RoundRecord) -> Result<()> {
+    for (planned, trial) in round.trials.iter().zip(&record.trials) {
+        ensure!(
+            !planned.saves_states || trial.status == Status::Ok,
+            "the whole run whose states later trials start from failed: {}",
+            trial.reason
+        );
+    }
+    Ok(())
 }
 
 /// The steps whose states windows start from.
@@ -264,13 +280,44 @@ fn run_child(request: &TrialRequest, limit: Duration, tick: impl Fn(Duration)) -
         .context("cannot wait for a trial's process")?;
     interrupt::check()?;
     if !status.success() || !read {
-        let reason = complaint.lines().last().unwrap_or("no reason given").trim();
-        return Ok(Ending::Failed(format!("{reason} ({status})")));
+        return Ok(Ending::Failed(format!("{} ({status})", reason(&complaint))));
     }
     match serde_json::from_slice(&answer) {
         Ok(outcome) => Ok(Ending::Outcome(Box::new(outcome))),
         Err(error) => Ok(Ending::Failed(format!(
             "its answer cannot be read: {error}"
         ))),
+    }
+}
+
+/// What a child that failed said about it: its own error, or else the message of its panic, without paths.
+fn reason(complaint: &str) -> String {
+    let mut lines = complaint.lines();
+    let own = complaint
+        .lines()
+        .find_map(|line| line.strip_prefix("repro: "));
+    let panic = lines
+        .find(|line| line.contains("panicked at"))
+        .and_then(|_| lines.next());
+    without_paths(own.or(panic).unwrap_or("no reason given").trim())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reasons_are_what_went_wrong_and_nothing_else() {
+        let panic =
+            "\nthread 'main' panicked at src/a.rs:1:2:\nindex out of bounds\nnote: run with ...\n";
+        assert_eq!(reason(panic), "index out of bounds");
+        assert_eq!(
+            reason("warning: x\nrepro: step 3, phase cg: no\n"),
+            "step 3, phase cg: no"
+        );
+        assert!(
+            !reason("repro: cannot read /home/someone/states/particles.csv").contains("someone")
+        );
+        assert_eq!(reason(""), "no reason given");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::base::input::InputError;
+use crate::base::input::{Check, InputError};
 use crate::experiment::spec::Experiment;
 
 /// Name and text of each experiment, in the order of the report.
@@ -21,7 +21,18 @@ pub fn load(name_or_path: &str) -> Result<Experiment, InputError> {
     if Path::new(name_or_path).is_file() {
         let text = std::fs::read_to_string(name_or_path)
             .map_err(|error| InputError::new(name_or_path, "experiment", "not readable", error))?;
-        return Experiment::parse(&text, name_or_path);
+        let experiment = Experiment::parse(&text, name_or_path)?;
+        let taken = names().any(|name| name == experiment.id);
+        let same = taken && load(&experiment.id)? == experiment;
+        let allowed =
+            "an experiment of the program has that id and another content: choose another id";
+        Check { file: name_or_path }.require(
+            !taken || same,
+            "id",
+            format!("`{}`", experiment.id),
+            allowed,
+        )?;
+        return Ok(experiment);
     }
     let found = EXPERIMENTS.iter().find(|(name, _)| *name == name_or_path);
     let (name, text) = found.ok_or_else(|| {

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 
-use crate::base::input::InputError;
+use crate::base::input::{Check, InputError};
 use crate::base::parallel::Workers;
 use crate::engine::phase::NoProbe;
 use crate::engine::preset::Preset;
@@ -16,7 +16,7 @@ use crate::engine::simulation::{self, Start};
 use crate::experiment::machine::{Topology, allowed_cpus};
 use crate::experiment::memory;
 use crate::experiment::record::{Stage, StateDigest, Variant, Window};
-use crate::experiment::spec::{Experiment, Mode, Paired};
+use crate::experiment::spec::{Experiment, Mode, Paired, Whole};
 use crate::scene::{Scene, library};
 
 /// Everything a run will do, in order.
@@ -25,6 +25,10 @@ pub struct Plan {
     pub mode: Mode,
     pub experiments: Vec<PlannedExperiment>,
     pub rounds: Vec<PlannedRound>,
+    /// Hardware threads that may be used here.
+    pub usable_threads: usize,
+    /// Physical cores among them.
+    pub usable_cores: usize,
 }
 
 /// An experiment with its scene as this mode sees it.
@@ -112,25 +116,30 @@ impl Plan {
     /// Plans `experiments` for this machine.
     pub fn new(experiments: Vec<Experiment>, mode: Mode, calibration: Calibration) -> Result<Plan> {
         let topology = Topology::read(Path::new("/"), &allowed_cpus());
-        let usable = topology.usable_cores();
+        let usable_threads = topology.usable_cores();
+        let usable_cores = topology.physical_cores().min(usable_threads);
         let experiments = experiments
             .into_iter()
-            .map(|spec| PlannedExperiment::new(spec, mode, usable))
+            .map(|spec| PlannedExperiment::new(spec, mode, usable_threads))
             .collect::<Result<Vec<_>, InputError>>()?;
         let mut rounds = Vec::new();
         let mut states: Vec<StatesKey> = Vec::new();
         for (k, experiment) in experiments.iter().enumerate() {
             let key = experiment.states_key();
-            let provided = states.contains(&key);
-            if !provided {
-                states.push(key);
-            }
-            rounds.extend(experiment.rounds(k, mode, calibration, !provided, usable));
+            let left = if states.contains(&key) {
+                States::LeftByAnother
+            } else {
+                States::MustBeLeft
+            };
+            states.push(key);
+            rounds.extend(experiment.rounds(k, mode, calibration, left));
         }
         Ok(Plan {
             mode,
             experiments,
             rounds,
+            usable_threads,
+            usable_cores,
         })
     }
 
@@ -147,10 +156,10 @@ impl PlannedRound {
 }
 
 /// Experiments with the same key can start from the same states.
-type StatesKey = (String, Vec<String>, Vec<Window>);
+type StatesKey = (String, Vec<String>, String, Vec<Window>);
 
 impl PlannedExperiment {
-    fn new(spec: Experiment, mode: Mode, usable_cores: usize) -> Result<Self, InputError> {
+    fn new(spec: Experiment, mode: Mode, usable_threads: usize) -> Result<Self, InputError> {
         let sets = spec.measurement(mode).scene_sets();
         let scene = library::load(&spec.scene, &sets)?;
         scene.require_memory(
@@ -164,10 +173,25 @@ impl PlannedExperiment {
             .threads
             .iter()
             .copied()
-            .filter(|&t| t <= usable_cores)
+            .filter(|&t| t <= usable_threads)
             .collect();
         let windows = match &spec.measurement(mode).paired {
-            Some(paired) => windows(paired, scene.steps()),
+            Some(paired) => {
+                let (asked, there) = (
+                    paired.windows * (paired.warmup_steps + paired.steps),
+                    scene.steps(),
+                );
+                let key = format!("mode.{}.paired.windows", mode.name());
+                let allowed =
+                    format!("windows, warm-up included, may cover the scene's {there} steps once");
+                Check { file: &spec.id }.require(
+                    asked <= there,
+                    &key,
+                    format!("{asked} steps in all"),
+                    allowed,
+                )?;
+                windows(paired, there)
+            }
             None => Vec::new(),
         };
         Ok(PlannedExperiment {
@@ -181,9 +205,11 @@ impl PlannedExperiment {
     }
 
     fn states_key(&self) -> StatesKey {
+        let tolerance = format!("cg_tolerance={}", self.spec.fixed.cg_tolerance);
         (
             self.spec.scene.clone(),
             self.sets.clone(),
+            tolerance,
             self.windows.clone(),
         )
     }
@@ -197,115 +223,41 @@ impl PlannedExperiment {
         };
         let parts: Vec<String> = std::iter::once(&self.scene.name)
             .chain(&self.sets)
+            .chain([&self.states_key().2])
             .map(|part| name(part))
             .collect();
         run.join("states").join(parts.join("_"))
     }
 
+    /// The rounds of every stage. The first whole run leaves the states from which windows start; where there is none, a
+    /// run of its own does.
     fn rounds(
         &self,
         index: usize,
         mode: Mode,
         calibration: Calibration,
-        must_provide_states: bool,
-        usable_cores: usize,
+        states: States,
     ) -> Vec<PlannedRound> {
         let measurement = self.spec.measurement(mode);
-        let mut must_provide_states = must_provide_states && !self.windows.is_empty();
+        let planner = RoundPlanner {
+            experiment: self,
+            index,
+            calibration,
+        };
         let mut rounds = Vec::new();
-        let whole = Window {
-            start_step: 0,
-            warmup_steps: 0,
-            steps: self.scene.steps(),
-        };
-        let trial = |threads: usize, variants: Vec<Variant>, windows: Vec<Window>, seed: u64| {
-            PlannedTrial {
-                threads,
-                estimate_s: calibration.estimate_s(
-                    self.particles,
-                    threads,
-                    variants.len(),
-                    &windows,
-                ),
-                variants,
-                windows,
-                seed,
-                saves_states: false,
+        if let Some(whole) = &measurement.whole {
+            rounds.extend((0..whole.rounds).map(|round| planner.whole(whole, round)));
+        }
+        if states == States::MustBeLeft && !self.windows.is_empty() {
+            if rounds.is_empty() {
+                rounds.push(planner.states());
             }
-        };
-        if let Some(spec) = &measurement.whole {
-            for round in 0..spec.rounds {
-                let mut random = self.random(Stage::Whole, round);
-                let mut trials = Vec::new();
-                for variant in self.spec.variants() {
-                    if spec
-                        .distance_test
-                        .as_ref()
-                        .is_none_or(|tests| tests.contains(&variant.distance_test))
-                    {
-                        for &threads in &self.threads {
-                            trials.push(trial(
-                                threads,
-                                vec![variant.clone()],
-                                vec![whole],
-                                random.u64(..),
-                            ));
-                        }
-                    }
-                }
-                random.shuffle(&mut trials);
-                if must_provide_states && let Some(first) = trials.first_mut() {
-                    first.saves_states = true;
-                    must_provide_states = false;
-                }
-                rounds.push(PlannedRound {
-                    experiment: index,
-                    stage: Stage::Whole,
-                    round,
-                    trials,
-                });
+            if let Some(first) = rounds[0].trials.first_mut() {
+                first.saves_states = true;
             }
         }
-        if must_provide_states {
-            let mut variant = self.spec.variants()[0].clone();
-            variant.preset = Preset::PAPER_AOS_RELOCATION.name().to_string();
-            variant.distance_test = "squared".to_string();
-            variant.storage = "csr".to_string();
-            let mut trials = vec![trial(usable_cores, vec![variant], vec![whole], 0)];
-            trials[0].saves_states = true;
-            rounds.insert(
-                0,
-                PlannedRound {
-                    experiment: index,
-                    stage: Stage::States,
-                    round: 0,
-                    trials,
-                },
-            );
-        }
-        if let Some(spec) = &measurement.paired {
-            for round in 0..spec.rounds {
-                let mut random = self.random(Stage::Paired, round);
-                let mut trials: Vec<PlannedTrial> = self
-                    .threads
-                    .iter()
-                    .map(|&threads| {
-                        trial(
-                            threads,
-                            self.spec.variants(),
-                            self.windows.clone(),
-                            random.u64(..),
-                        )
-                    })
-                    .collect();
-                random.shuffle(&mut trials);
-                rounds.push(PlannedRound {
-                    experiment: index,
-                    stage: Stage::Paired,
-                    round,
-                    trials,
-                });
-            }
+        if let Some(paired) = &measurement.paired {
+            rounds.extend((0..paired.rounds).map(|round| planner.paired(round)));
         }
         rounds
     }
@@ -356,6 +308,112 @@ struct KnownDigest {
     digest: String,
 }
 
+/// Whether an experiment's states lie there already when its turn comes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum States {
+    MustBeLeft,
+    LeftByAnother,
+}
+
+/// Makes the rounds of one experiment.
+struct RoundPlanner<'a> {
+    experiment: &'a PlannedExperiment,
+    index: usize,
+    calibration: Calibration,
+}
+
+impl RoundPlanner<'_> {
+    fn trial(
+        &self,
+        threads: usize,
+        variants: Vec<Variant>,
+        windows: Vec<Window>,
+        seed: u64,
+    ) -> PlannedTrial {
+        let particles = self.experiment.particles;
+        let estimate_s = self
+            .calibration
+            .estimate_s(particles, threads, variants.len(), &windows);
+        PlannedTrial {
+            threads,
+            variants,
+            windows,
+            estimate_s,
+            seed,
+            saves_states: false,
+        }
+    }
+
+    fn round(&self, stage: Stage, round: usize, trials: Vec<PlannedTrial>) -> PlannedRound {
+        PlannedRound {
+            experiment: self.index,
+            stage,
+            round,
+            trials,
+        }
+    }
+
+    /// All steps of the scene.
+    fn every_step(&self) -> Vec<Window> {
+        vec![Window {
+            start_step: 0,
+            warmup_steps: 0,
+            steps: self.experiment.scene.steps(),
+        }]
+    }
+
+    /// One whole run a variant and thread count.
+    fn whole(&self, whole: &Whole, round: usize) -> PlannedRound {
+        let mut random = self.experiment.random(Stage::Whole, round);
+        let mut trials = Vec::new();
+        for variant in self.experiment.spec.variants() {
+            let tests = whole.distance_test.as_ref();
+            if tests.is_none_or(|tests| tests.contains(&variant.distance_test)) {
+                for &threads in &self.experiment.threads {
+                    trials.push(self.trial(
+                        threads,
+                        vec![variant.clone()],
+                        self.every_step(),
+                        random.u64(..),
+                    ));
+                }
+            }
+        }
+        random.shuffle(&mut trials);
+        self.round(Stage::Whole, round, trials)
+    }
+
+    /// One trial a thread count, with all variants in lock step.
+    fn paired(&self, round: usize) -> PlannedRound {
+        let mut random = self.experiment.random(Stage::Paired, round);
+        let (variants, windows) = (self.experiment.spec.variants(), &self.experiment.windows);
+        let trial =
+            |&threads: &usize, seed| self.trial(threads, variants.clone(), windows.clone(), seed);
+        let mut trials: Vec<PlannedTrial> = self
+            .experiment
+            .threads
+            .iter()
+            .map(|threads| trial(threads, random.u64(..)))
+            .collect();
+        random.shuffle(&mut trials);
+        self.round(Stage::Paired, round, trials)
+    }
+
+    /// One whole run on all cores that nobody times: it only leaves states.
+    fn states(&self) -> PlannedRound {
+        let mut variant = self.experiment.spec.variants()[0].clone();
+        variant.preset = Preset::PAPER_AOS_RELOCATION.name().to_string();
+        variant.distance_test = "squared".to_string();
+        variant.storage = "csr".to_string();
+        let threads = self.experiment.threads.iter().copied().max().unwrap_or(1);
+        self.round(
+            Stage::States,
+            0,
+            vec![self.trial(threads, vec![variant], self.every_step(), 0)],
+        )
+    }
+}
+
 /// Windows spread evenly over the run, one in the middle of each equal part of it.
 fn windows(paired: &Paired, steps: usize) -> Vec<Window> {
     let length = paired.warmup_steps + paired.steps;
@@ -391,7 +449,7 @@ pub fn pin_order(pin: &str) -> Result<Vec<usize>> {
     }
 }
 
-/// Cells that a run will not measure because the machine has too few cores: threads by experiment.
+/// Cells that a run will not measure because the machine has too few hardware threads: thread counts by experiment.
 pub fn not_applicable(plan: &Plan) -> BTreeMap<String, Vec<usize>> {
     plan.experiments
         .iter()
@@ -423,15 +481,6 @@ mod tests {
         assert_eq!(windows[0].start_step, 38);
         assert_eq!(windows[7].start_step, 621);
         assert!(windows.iter().all(|w| w.end_step() <= 667));
-        let squeezed = super::windows(
-            &Paired {
-                windows: 3,
-                steps: 9,
-                ..paired
-            },
-            4,
-        );
-        assert!(squeezed.iter().all(|w| w.start_step == 0));
     }
 
     #[test]

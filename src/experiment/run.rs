@@ -1,6 +1,6 @@
 //! The life of a run: its folder is opened, the rounds that are missing are run, and it is closed.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -24,10 +24,14 @@ pub struct RunInfo {
     pub mode: Mode,
     /// The command, without paths.
     pub command: String,
-    /// Hash of the experiments, the mode, the measured code and the machine: only a run of the same plan goes on.
+    /// Hash of experiments, scenes, mode, thread counts, measured code, compiler and machine: only a run of the same plan
+    /// goes on.
     pub plan_id: String,
     pub machine_alias: String,
     pub machine_id: String,
+    /// Hardware threads that the run may use.
+    pub usable_threads: usize,
+    /// Physical cores among them.
     pub usable_cores: usize,
     pub commit: String,
     pub source_hash: String,
@@ -36,6 +40,9 @@ pub struct RunInfo {
     pub finished_utc: Option<String>,
     pub experiments: Vec<Experiment>,
 }
+
+/// The file that a report writes last: a finished run without it was killed while it was rendered.
+pub const LAST_FILE: &str = "report.html";
 
 /// What becomes of a folder that holds a run already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,6 +89,11 @@ impl Run {
         existing: Existing,
     ) -> Result<Run> {
         refuse_foreign(folder)?;
+        if folder.join("run.json").exists() {
+            // Before anything is created or cleared: a folder with somebody else's `run.json` is not ours.
+            RunInfo::read(folder)
+                .map_err(|error| refused(folder, format!("holds no run of ours: {error:#}")))?;
+        }
         fs::create_dir_all(folder.join("rounds"))
             .map_err(|error| refused(folder, format!("cannot be written: {error}")))?;
         let lock = lock(folder)?;
@@ -96,7 +108,7 @@ impl Run {
                 let what = "holds a run of another plan, build or machine";
                 return Err(refused(folder, what.to_string()).into());
             }
-            if found.finished_utc.is_some() {
+            if found.finished_utc.is_some() && folder.join(LAST_FILE).is_file() {
                 return Err(refused(folder, "holds a finished run".to_string()).into());
             }
             info = found;
@@ -115,9 +127,11 @@ impl Run {
 
     /// Runs what is missing and marks the run as finished. States, which only later rounds needed, are removed.
     pub fn complete(&mut self, plan: &Plan) -> Result<()> {
-        execute(plan, &self.folder)?;
-        self.info.finished_utc = Some(now_utc());
-        self.info.write(&self.folder)?;
+        if self.info.finished_utc.is_none() {
+            execute(plan, &self.folder)?;
+            self.info.finished_utc = Some(now_utc());
+            self.info.write(&self.folder)?;
+        }
         let _ = fs::remove_dir_all(self.folder.join("states"));
         Ok(())
     }
@@ -135,9 +149,17 @@ impl RunInfo {
         let experiments: Vec<Experiment> =
             plan.experiments.iter().map(|e| e.spec.clone()).collect();
         let source_hash = fact("source_hash");
-        let identity =
-            serde_json::to_string(&(&experiments, plan.mode, &source_hash, &machine.machine_id))
-                .expect("specs are serialisable");
+        let identity = format!(
+            "{experiments:?} {:?} {source_hash} {} {} {} {:?}",
+            plan.mode,
+            machine.machine_id,
+            fact("compiler"),
+            fact("rustflags"),
+            plan.experiments
+                .iter()
+                .map(|e| (&e.scene, &e.threads))
+                .collect::<Vec<_>>(),
+        );
         let plan_id: String = Sha256::digest(identity)
             .iter()
             .take(8)
@@ -153,7 +175,8 @@ impl RunInfo {
             plan_id,
             machine_alias: machine.alias.clone(),
             machine_id: machine.machine_id.clone(),
-            usable_cores: machine.usable_cores,
+            usable_threads: plan.usable_threads,
+            usable_cores: plan.usable_cores,
             commit: fact("commit"),
             source_hash,
             created_utc: now_utc(),
@@ -216,9 +239,17 @@ fn refuse_foreign(folder: &Path) -> Result<(), InputError> {
 fn lock(folder: &Path) -> Result<File> {
     let lock = File::create(folder.join(".lock"))
         .map_err(|error| refused(folder, format!("cannot be written: {error}")))?;
-    lock.try_lock()
-        .map_err(|_| refused(folder, "another process is working on".to_string()))?;
-    Ok(lock)
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => {
+            Err(refused(folder, "another process is working on".to_string()).into())
+        }
+        Err(TryLockError::Error(error)) => Err(refused(
+            folder,
+            format!("lies on a file system without locks: {error}"),
+        )
+        .into()),
+    }
 }
 
 /// Removes what a run leaves in its folder, and nothing else.

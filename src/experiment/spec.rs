@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::input::{Check, InputError};
 use crate::base::parallel::MAX_THREADS;
+use crate::engine::preset::Search;
 use crate::experiment::record::Variant;
 
 /// The version of the experiment format.
@@ -132,16 +133,9 @@ impl Experiment {
         let named = !self.id.is_empty() && self.id.len() <= 40 && self.id.chars().all(plain);
         let allowed = "allowed are up to 40 lower-case letters, digits and `-`";
         check.require(named, "id", format!("`{}`", self.id), allowed)?;
-        for (key, empty) in [
-            ("factors.threads", self.factors.threads.is_empty()),
-            ("factors.preset", self.factors.preset.is_empty()),
-            (
-                "factors.distance_test",
-                self.factors.distance_test.is_empty(),
-            ),
-        ] {
-            check.require(!empty, key, "empty", "at least one value is needed")?;
-        }
+        check_list(check, "factors.threads", &self.factors.threads)?;
+        check_list(check, "factors.preset", &self.factors.preset)?;
+        check_list(check, "factors.distance_test", &self.factors.distance_test)?;
         for &threads in &self.factors.threads {
             let allowed = format!("allowed are 1 to {MAX_THREADS}");
             check.require(
@@ -160,10 +154,18 @@ impl Experiment {
             allowed,
         )?;
         for variant in self.variants() {
-            variant.options(file)?;
+            let search = variant.options(file)?.search;
+            let allowed =
+                "its sums run in another order, so its end state differs from the other searches'";
+            check.require(
+                search != Search::BruteForce,
+                "factors.preset",
+                &variant.preset,
+                allowed,
+            )?;
         }
         for (mode, measurement) in self.measurements() {
-            measurement.check(check, mode)?;
+            measurement.check(check, mode, &self.factors)?;
         }
         Ok(())
     }
@@ -207,7 +209,7 @@ impl Experiment {
 }
 
 impl Measurement {
-    fn check(&self, check: Check<'_>, mode: Mode) -> Result<(), InputError> {
+    fn check(&self, check: Check<'_>, mode: Mode, factors: &Factors) -> Result<(), InputError> {
         let key = |name: &str| format!("mode.{}.{name}", mode.name());
         let counts = "allowed are 1 to 10000";
         let valid = |count: usize| (1..=10_000).contains(&count);
@@ -219,7 +221,34 @@ impl Measurement {
                 counts,
             )?;
         }
+        if let Some(tests) = self
+            .whole
+            .as_ref()
+            .and_then(|whole| whole.distance_test.as_ref())
+        {
+            check_list(check, &key("whole.distance_test"), tests)?;
+            let known = tests
+                .iter()
+                .all(|test| factors.distance_test.contains(test));
+            let allowed = format!(
+                "allowed are those of the factors, {:?}",
+                factors.distance_test
+            );
+            check.require(
+                known,
+                &key("whole.distance_test"),
+                format!("{tests:?}"),
+                allowed,
+            )?;
+        }
         if let Some(paired) = &self.paired {
+            let warmup = paired.warmup_steps;
+            check.require(
+                warmup <= 10_000,
+                &key("paired.warmup_steps"),
+                warmup,
+                "allowed are 0 to 10000",
+            )?;
             for (name, count) in [
                 ("paired.rounds", paired.rounds),
                 ("paired.windows", paired.windows),
@@ -239,9 +268,46 @@ impl Measurement {
 
     /// The changes to the scene as `key=value`.
     pub fn scene_sets(&self) -> Vec<String> {
-        self.scene
-            .iter()
-            .map(|(key, value)| format!("{key}={value}"))
-            .collect()
+        let mut sets = Vec::new();
+        for (key, value) in &self.scene {
+            flatten(key, value, &mut sets);
+        }
+        sets
     }
+}
+
+/// `key=value` of every value below `key`, with dotted keys: setting a table as a whole would drop its other keys.
+fn flatten(key: &str, value: &toml::Value, sets: &mut Vec<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (inner, value) in table {
+                flatten(&format!("{key}.{inner}"), value, sets);
+            }
+        }
+        value => sets.push(format!("{key}={value}")),
+    }
+}
+
+/// Refuses a list that is empty or names something twice.
+fn check_list<T: PartialEq + std::fmt::Debug>(
+    check: Check<'_>,
+    key: &str,
+    list: &[T],
+) -> Result<(), InputError> {
+    check.require(
+        !list.is_empty(),
+        key,
+        "empty",
+        "at least one value is needed",
+    )?;
+    let twice = list
+        .iter()
+        .enumerate()
+        .any(|(k, value)| list[..k].contains(value));
+    check.require(
+        !twice,
+        key,
+        format!("{list:?}"),
+        "each value may stand there once",
+    )
 }

@@ -38,7 +38,7 @@ pub enum EstimatorKind {
     RunTime,
     /// Time of `of` over time of `over`.
     Ratio,
-    /// Time of `of` in the last quarter of the windows over that in the first.
+    /// Time of `of` in the last quarter of the windows over that in the first; with `over`, divided by the same of it.
     LateOverEarly,
     /// The part of `of`'s whole time.
     Share,
@@ -156,7 +156,7 @@ pub fn judge_all(measured: &Measured) -> Vec<Judged> {
         for judgement in claim.judge.clone() {
             let verdict = match &estimate {
                 Ok(estimate) => judge(judgement.rule, estimate),
-                Err(why) => Verdict::NotTestableHere { why: why.clone() },
+                Err(verdict) => verdict.clone(),
             };
             judged.push(Judged {
                 unit: claim.estimate.kind.unit(),
@@ -215,16 +215,19 @@ pub fn judge(rule: Rule, estimate: &Estimate) -> Verdict {
 }
 
 impl Estimator {
-    /// The estimate, or why there is none on this machine.
-    fn evaluate(&self, measured: &Measured) -> Result<Estimate, String> {
+    /// The estimate, or the verdict where there can be none. A claim about cores is not judged on hardware threads that
+    /// share them.
+    fn evaluate(&self, measured: &Measured) -> Result<Estimate, Verdict> {
         for cell in std::iter::once(&self.of).chain(&self.over) {
             let (needed, there) = (cell.threads, measured.info.usable_cores);
             if needed > there {
-                return Err(format!("needs {needed} cores, this machine has {there}"));
+                let why = format!("needs {needed} cores, {there} may be used here");
+                return Err(Verdict::NotTestableHere { why });
             }
         }
         let values = self.values(measured);
-        Estimate::of(&values).ok_or_else(|| "no round of its cells succeeded".to_string())
+        let why = "no round gave a value for its cells".to_string();
+        Estimate::of(&values).ok_or(Verdict::NotResolved { why })
     }
 
     /// One value a round.
@@ -247,11 +250,22 @@ impl Estimator {
                 by_round(&of, &total, |part, whole| part / whole)
             }
             EstimatorKind::LateOverEarly => {
-                let windows = measured.windows(&self.experiment, Stage::Paired, &self.of);
-                windows
-                    .values()
-                    .filter_map(|windows| late_over_early(windows, self.quantity))
-                    .collect()
+                let by_round = |cell: &Cell| -> ByRound {
+                    let windows = measured.windows(&self.experiment, Stage::Paired, cell);
+                    let late = |w: &[WindowSample]| late_over_early(w, self.quantity);
+                    windows
+                        .into_iter()
+                        .filter_map(|(round, w)| Some((round, late(w)?)))
+                        .collect()
+                };
+                match &self.over {
+                    Some(over) => crate::report::measured::by_round(
+                        &by_round(&self.of),
+                        &by_round(over),
+                        |a, b| a / b,
+                    ),
+                    None => by_round(&self.of).into_values().collect(),
+                }
             }
         }
     }

@@ -121,7 +121,7 @@ fn times_panel(measured: &Measured, steps: f64) -> XyPanel {
     for (k, curve) in CURVES.iter().enumerate() {
         let seconds = |t: usize| Some(estimate(&per_step(measured, curve, t))?.scaled(steps));
         let curve_series = series(measured, curve, seconds);
-        if let Some(first) = curve_series.points.first() {
+        if let Some(first) = curve_series.points.iter().find(|point| point.x == 1.0) {
             let label = if k == 0 { "ideal scaling" } else { "" };
             all.push(ideal(measured, first.y, curve, label));
             all.extend(modelled(measured, curve, first.y));
@@ -203,6 +203,12 @@ fn efficiency_panel(measured: &Measured, published: &Published) -> XyPanel {
             Some(speed_up.scaled(1.0 / t as f64))
         })
     };
+    let series: Vec<Series> = CURVES.iter().map(efficiency).collect();
+    let tops = series
+        .iter()
+        .flat_map(|s| &s.points)
+        .map(|p| p.high.unwrap_or(p.y));
+    let most = 1.05 * tops.fold(0.0, f64::max);
     let threads = published.figure4.threads as f64;
     let mark = |part: &str, speed_up: f64, color: usize| Mark {
         label: format!("paper, {part}: {speed_up}x at {threads} threads"),
@@ -213,10 +219,10 @@ fn efficiency_panel(measured: &Measured, published: &Published) -> XyPanel {
         title: "parallel efficiency".to_string(),
         x: thread_axis(measured),
         y: Axis {
-            range: Some((0.0, 1.15)),
+            range: Some((0.0, most.max(1.15))),
             ..automatic("speed-up / threads", Scale::Linear)
         },
-        series: CURVES.iter().map(efficiency).collect(),
+        series,
         marks: vec![
             Mark {
                 label: String::new(),

@@ -177,13 +177,20 @@ impl Measured {
         (self.info.mode == Mode::Quick).then(|| format!("quick: not for citation ({scene})"))
     }
 
-    /// The stage whose intervals tables use: whole runs where there are enough of them, paired trials otherwise.
-    pub fn stage_for_tables(&self, experiment: &str) -> Stage {
-        let whole = self
+    /// The number of rounds of a stage in which every trial succeeded.
+    pub fn succeeded(&self, experiment: &str, stage: Stage) -> usize {
+        let rounds = self
             .rounds
             .iter()
-            .filter(|r| r.experiment == experiment && r.stage == Stage::Whole);
-        if whole.count() >= ENOUGH_WHOLE_ROUNDS {
+            .filter(|r| r.experiment == experiment && r.stage == stage);
+        rounds
+            .filter(|round| round.trials.iter().all(|trial| trial.status == Status::Ok))
+            .count()
+    }
+
+    /// The stage whose intervals tables use: whole runs where there are enough of them, paired trials otherwise.
+    pub fn stage_for_tables(&self, experiment: &str) -> Stage {
+        if self.succeeded(experiment, Stage::Whole) >= ENOUGH_WHOLE_ROUNDS {
             Stage::Whole
         } else {
             Stage::Paired
@@ -198,7 +205,7 @@ impl Measured {
             .unwrap_or_default();
         factors
             .into_iter()
-            .filter(|&threads| threads <= self.info.usable_cores)
+            .filter(|&threads| threads <= self.info.usable_threads)
             .collect()
     }
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::base::files::write_whole;
 use crate::base::statistics::Estimate;
 use crate::experiment::machine::Machine;
-use crate::experiment::record::{Stage, Status};
+use crate::experiment::record::{Stage, Status, StepSample};
 use crate::report::chart::{Figure, svg_to_png};
 use crate::report::claim::{Judged, judge_all};
 use crate::report::measured::{Cell, Measured, Quantity, ratio};
@@ -67,6 +67,8 @@ struct FigureView {
 /// A row of `claims.csv`.
 #[derive(Debug, Serialize)]
 struct ClaimRow<'a> {
+    mode: &'static str,
+    particles: Option<usize>,
     claim: &'a str,
     judged_by: &'a str,
     statement: &'a str,
@@ -112,10 +114,13 @@ pub fn write(folder: &Path) -> Result<Written> {
     let rows = samples::rows(&measured);
     samples::write(&measured, &rows, folder)?;
     let phases = cell_phases(&samples::frame(&rows)?)?;
-    samples::write_csv(&folder.join("summary.csv"), &summary(&phases))?;
+    samples::write_csv(
+        &folder.join("summary.csv"),
+        &summary(&phases, measured.info.mode),
+    )?;
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
-    write_claims(&judged, folder)?;
+    write_claims(&measured, &judged, folder)?;
     let sections = measured
         .info
         .experiments
@@ -174,10 +179,12 @@ fn write_machine(machine: &Machine, folder: &Path) -> Result<()> {
     samples::write_csv(&folder.join("machine.csv"), &rows)
 }
 
-fn write_claims(judged: &[Judged], folder: &Path) -> Result<()> {
+fn write_claims(measured: &Measured, judged: &[Judged], folder: &Path) -> Result<()> {
     let rows: Vec<ClaimRow<'_>> = judged
         .iter()
         .map(|j| ClaimRow {
+            mode: measured.info.mode.name(),
+            particles: measured.particles(),
             claim: &j.claim.id,
             judged_by: &j.judgement.name,
             statement: &j.claim.statement,
@@ -282,62 +289,95 @@ fn findings(measured: &Measured, id: &str) -> Vec<String> {
         _ => format!(
             "Numbers are from paired trials: each process computes the same steps with all variants in turn; \
              {} rounds, whose processes are the samples of every interval.",
-            measured.trials(id, stage).map(|(round, _)| round + 1).max().unwrap_or(0)
+            measured.succeeded(id, stage)
         ),
     });
     if id == "table2" {
         findings.extend(agreement(measured));
+        findings.extend(representativeness(measured));
         findings.extend(flow(measured));
     }
     findings.extend(failures(measured, id));
     findings
 }
 
-/// Whether whole runs and paired trials tell the same, and whether the windows stand for the whole run.
+/// How far apart ways of measuring the same ratio may lie and still count as agreeing.
+const AGREEMENT: f64 = 0.05;
+
+/// Whether whole runs, trials of all variants and trials of two variants tell the same ratio.
 fn agreement(measured: &Measured) -> Option<String> {
-    let cell = |preset: &str| Cell::new(preset, "sqrt", 1);
-    let (list, relocated) = (cell("paper-linked-list"), cell("paper-aos-relocation"));
-    let at = |stage: Stage, q: Quantity| -> Option<Estimate> {
-        ratio(
-            &measured.per_step("table2", stage, &list, q),
-            &measured.per_step("table2", stage, &relocated, q),
-        )
-    };
-    let (whole, paired) = (
-        at(Stage::Whole, Quantity::NonCg)?,
-        at(Stage::Paired, Quantity::NonCg)?,
+    let (list, relocated) = (
+        Cell::new("paper-linked-list", "sqrt", 1),
+        Cell::new("paper-aos-relocation", "sqrt", 1),
     );
-    let windows = measured.windows("table2", Stage::Paired, &list);
-    let sampled: Vec<usize> = windows
+    let ways = [
+        ("whole runs", "table2", Stage::Whole),
+        ("paired trials of all variants", "table2", Stage::Paired),
+        ("paired trials of these two alone", "figure4", Stage::Paired),
+    ];
+    let found: Vec<(&str, Estimate)> = ways
+        .into_iter()
+        .filter_map(|(name, experiment, stage)| {
+            let per_step = |cell| measured.per_step(experiment, stage, cell, Quantity::NonCg);
+            Some((name, ratio(&per_step(&list), &per_step(&relocated))?))
+        })
+        .collect();
+    let medians = || found.iter().map(|(_, estimate)| estimate.median);
+    let spread = medians().reduce(f64::max)? / medians().reduce(f64::min)? - 1.0;
+    let texts: Vec<String> = found
+        .iter()
+        .map(|(name, e)| format!("{name} {}", show(e, 3)))
+        .collect();
+    let verdict = if spread <= AGREEMENT {
+        "they agree"
+    } else {
+        "they do not agree"
+    };
+    Some(format!(
+        "List over relocation outside CG (sqrt): {}. They lie {:.1} % apart: {verdict} within {:.0} %.",
+        texts.join(", "),
+        100.0 * spread,
+        100.0 * AGREEMENT
+    ))
+}
+
+/// Whether the sampled steps stand for all: their mean over the mean of all steps, in a whole run of the list.
+fn representativeness(measured: &Measured) -> Option<String> {
+    let list = Cell::new("paper-linked-list", "sqrt", 1);
+    let paired = measured.windows("table2", Stage::Paired, &list);
+    let sampled: Vec<usize> = paired
         .values()
         .next()?
         .iter()
         .flat_map(|w| &w.steps)
         .map(|s| s.step)
         .collect();
-    let runs = measured.windows("table2", Stage::Whole, &list);
-    let steps: Vec<_> = runs
+    let whole = measured.windows("table2", Stage::Whole, &list);
+    let steps: Vec<&StepSample> = whole
         .values()
         .next()?
         .iter()
         .flat_map(|w| &w.steps)
         .collect();
-    let mean = |wanted: &dyn Fn(usize) -> bool| -> f64 {
-        let times = steps
+    let mean = |value: fn(&StepSample) -> f64, wanted: &dyn Fn(usize) -> bool| -> f64 {
+        let values: Vec<f64> = steps
             .iter()
             .filter(|s| wanted(s.step))
-            .map(|s| s.total_s - s.cg_s);
-        let (sum, count) = times.fold((0.0, 0), |(sum, count), t| (sum + t, count + 1));
-        sum / f64::from(count)
+            .map(|s| value(s))
+            .collect();
+        values.iter().sum::<f64>() / values.len() as f64
     };
-    let representative = mean(&|step| sampled.contains(&step)) / mean(&|_| true);
+    let share = |value: fn(&StepSample) -> f64| {
+        mean(value, &|step| sampled.contains(&step)) / mean(value, &|_| true)
+    };
     Some(format!(
-        "Outside CG, whole runs give list/relocation = {}, paired trials {}. In the whole list run, the {} steps that \
-         paired trials sample take {:.3} times the mean of all steps.",
-        show(&whole, 3),
-        show(&paired, 3),
+        "In the whole run of the list, the {} steps that paired trials sample take {:.3} times the mean of all {} steps \
+         in CG, {:.3} times outside CG; they need {:.3} times the mean number of CG iterations.",
         sampled.len(),
-        representative
+        share(|s| s.cg_s),
+        steps.len(),
+        share(|s| s.total_s - s.cg_s),
+        share(|s| s.cg_iterations as f64)
     ))
 }
 
@@ -378,7 +418,7 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
             ));
         }
     }
-    let there = measured.info.usable_cores;
+    let there = measured.info.usable_threads;
     if let Some(experiment) = measured.experiment(id) {
         let missing: Vec<String> = experiment
             .factors
@@ -389,7 +429,7 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
             .collect();
         if !missing.is_empty() {
             sentences.push(format!(
-                "Not applicable here: {} threads (this machine has {there} cores).",
+                "Not applicable here: {} threads ({there} may be used).",
                 missing.join(", ")
             ));
         }

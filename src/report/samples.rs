@@ -18,6 +18,7 @@ use crate::report::measured::Measured;
 pub struct SampleRow {
     pub schema_version: u32,
     pub run_id: String,
+    pub mode: &'static str,
     pub experiment_id: String,
     pub stage: &'static str,
     pub cell_id: String,
@@ -58,6 +59,7 @@ pub struct SampleRow {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct StepRow<'a> {
     run_id: &'a str,
+    mode: &'static str,
     experiment_id: &'a str,
     cell_id: String,
     round: usize,
@@ -96,7 +98,7 @@ pub fn rows(measured: &Measured) -> Vec<SampleRow> {
         }
     }
     for experiment in &measured.info.experiments {
-        let there = measured.info.usable_cores;
+        let there = measured.info.usable_threads;
         for &threads in experiment
             .factors
             .threads
@@ -108,7 +110,7 @@ pub fn rows(measured: &Measured) -> Vec<SampleRow> {
                 rows.push(SampleRow {
                     phase: "total".to_string(),
                     status: Status::NotApplicable.name(),
-                    reason: format!("needs {threads} cores, this machine has {there}"),
+                    reason: format!("needs {threads} hardware threads, {there} may be used here"),
                     ..empty_row(
                         measured,
                         &experiment.id,
@@ -135,6 +137,7 @@ fn empty_row(
     SampleRow {
         schema_version: SCHEMA,
         run_id: measured.info.run_id.clone(),
+        mode: measured.info.mode.name(),
         experiment_id: experiment.to_string(),
         stage: stage.name(),
         cell_id,
@@ -296,6 +299,7 @@ pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<(
                 for window in windows {
                     steps.extend(window.steps.iter().map(|step| StepRow {
                         run_id: &measured.info.run_id,
+                        mode: measured.info.mode.name(),
                         experiment_id: &round.experiment,
                         cell_id: cell_id(&round.experiment, round.stage, variant, trial.threads),
                         round: round.round,

@@ -6,10 +6,12 @@ use serde::Serialize;
 
 use crate::base::statistics::Estimate;
 use crate::engine::phase::Phase;
+use crate::experiment::spec::Mode;
 
 /// The cells' medians, milliseconds a step, with distribution-free 95 % intervals (empty below six rounds).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SummaryRow {
+    pub mode: &'static str,
     pub experiment_id: String,
     pub cell_id: String,
     pub rounds: usize,
@@ -65,7 +67,7 @@ pub fn cell_phases(samples: &DataFrame) -> Result<Vec<CellPhase>> {
 }
 
 /// A row a cell.
-pub fn summary(phases: &[CellPhase]) -> Vec<SummaryRow> {
+pub fn summary(phases: &[CellPhase], mode: Mode) -> Vec<SummaryRow> {
     cells(phases)
         .into_iter()
         .map(|(experiment, cell)| {
@@ -76,6 +78,7 @@ pub fn summary(phases: &[CellPhase]) -> Vec<SummaryRow> {
                 |e: Option<Estimate>| e?.interval.map(|i| i.high),
             );
             SummaryRow {
+                mode: mode.name(),
                 experiment_id: experiment.to_string(),
                 cell_id: cell.to_string(),
                 rounds: total.map_or(0, |e| e.samples),

@@ -44,6 +44,9 @@ impl TableView {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Table2Row {
     pub source: String,
+    /// `published`, or the mode of the run.
+    pub mode: &'static str,
+    pub particles: Option<usize>,
     pub distance_test: String,
     pub row: String,
     pub quantity: &'static str,
@@ -103,6 +106,8 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
         for ((quantity, _), value) in QUANTITIES.into_iter().zip(values) {
             rows.push(Table2Row {
                 source: "paper".to_string(),
+                mode: "published",
+                particles: Some(published.particles),
                 distance_test: "sqrt".to_string(),
                 row: row.to_string(),
                 quantity,
@@ -143,6 +148,8 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
                 let Some(value) = value else { continue };
                 rows.push(Table2Row {
                     source: measured.info.machine_alias.clone(),
+                    mode: measured.info.mode.name(),
+                    particles: measured.particles(),
                     distance_test: test.clone(),
                     row: row.to_string(),
                     quantity,
@@ -161,8 +168,15 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
 /// Table 2 for people: the paper's seconds, ours, and the ratio of the two speed-ups.
 pub fn table2_view(measured: &Measured) -> TableView {
     let published = Published::load();
+    let stamp = measured
+        .stamp()
+        .map_or(String::new(), |stamp| format!(" {stamp}."));
+    let tolerance = measured
+        .experiment("table2")
+        .map_or(0.0, |e| e.fixed.cg_tolerance);
     let caption = format!(
-        "Seconds of {} steps on one thread, median [95 % interval]; ours: mean of the sampled steps times {}.",
+        "Seconds of {} steps on one thread, median [95 % interval]. Ours: the mean of the sampled steps times {}; the \
+         interval is over rounds, which all sample the same steps; CG to a relative residual of {tolerance:e}.{stamp}",
         published.steps, published.steps
     );
     let mut view = TableView::new(&caption, &["", "CG", "outside CG", "total"]);

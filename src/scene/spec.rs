@@ -17,6 +17,8 @@ pub const MAX_STEPS: usize = 100_000_000;
 /// An upper estimate of the memory that a particle takes in one simulation, bytes: its columns, its share of the
 /// search, and a row of the pressure matrix with room for a crowded neighbourhood.
 pub const BYTES_PER_PARTICLE: usize = 3000;
+/// The same for a bucket: its list, and a row of the relocated copy as wide as a crowded bucket.
+pub const BYTES_PER_BUCKET: usize = 2000;
 
 /// A scene as its file describes it. Lengths, times and so on are SI; radii are in particle distances.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -162,18 +164,38 @@ impl Scene {
         available_bytes: u64,
     ) -> Result<(), InputError> {
         let points = self.geometry.lattice_points(self.particle_distance_m);
-        let needed = points * (BYTES_PER_PARTICLE * copies) as f64;
+        let buckets = self.buckets();
+        let bytes = points * BYTES_PER_PARTICLE as f64 + buckets * BYTES_PER_BUCKET as f64;
+        let needed = bytes * copies as f64;
         let gib = f64::from(1 << 30);
         Check { file }.require(
             needed <= available_bytes as f64 && points <= MAX_LATTICE_POINTS as f64,
             "particle_distance_m",
             self.particle_distance_m,
             format!(
-                "its lattice of {points:.0} points would need up to {:.1} GiB and {:.1} GiB are available: raise it",
+                "its lattice of {points:.0} points in {buckets:.0} buckets would need up to {:.1} GiB and {:.1} GiB are \
+                 available: raise it, or shrink `domain`",
                 needed / gib,
                 available_bytes as f64 / gib
             ),
         )
+    }
+
+    /// An upper estimate of the number of buckets.
+    fn buckets(&self) -> f64 {
+        let radii = &self.radii;
+        let side = radii
+            .number_density
+            .max(radii.gradient)
+            .max(radii.laplacian)
+            * self.particle_distance_m;
+        let layers = 2.0 * f64::from(self.geometry.lattice.layers) * self.particle_distance_m;
+        let margins = layers + 2.0 * self.domain.margin_m;
+        let extent = self.geometry.lattice.extent_m;
+        let headroom = [0.0, self.domain.headroom_m, 0.0];
+        (0..3)
+            .map(|d| ((extent[d] + margins + headroom[d]) / side).floor() + 3.0)
+            .product()
     }
 
     /// The particles at the start, in the order of their identities.

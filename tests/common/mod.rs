@@ -9,6 +9,9 @@ use repro::engine::preset::{Options, Preset};
 use repro::engine::simulation::{self, Simulation, Start, StepReport};
 use repro::scene::{Scene, library};
 
+/// A change to a preset's options.
+pub type Change = fn(&mut Options);
+
 /// How to run the dam break.
 #[derive(Debug, Clone, Copy)]
 pub struct Run<'a> {
@@ -17,7 +20,7 @@ pub struct Run<'a> {
     pub preset: &'a str,
     pub threads: usize,
     pub schedule: &'a str,
-    pub change: fn(&mut Options),
+    pub change: Change,
 }
 
 impl Default for Run<'_> {

@@ -99,14 +99,14 @@ impl ConjugateGradient {
 
     /// Solves the system of this step.
     pub fn solve(&mut self, poisson: &Poisson, workers: &Workers) -> Result<CgInfo, CgError> {
-        self.start(&poisson.source);
-        if poisson.quiet {
-            return Ok(CgInfo::default());
-        }
         let team = match self.params.mode {
             CgMode::Serial => Team::SERIAL,
             CgMode::Parallel => workers.shared_evenly(),
         };
+        self.start(&poisson.source, team, workers);
+        if poisson.quiet {
+            return Ok(CgInfo::default());
+        }
         let source_norm2 = blocked_dot(&poisson.source, &poisson.source, &mut self.partial, team);
         let target = self.params.tolerance * source_norm2.sqrt();
         let (mut norm2, mut iterations) = (source_norm2, 0);
@@ -143,16 +143,33 @@ impl ConjugateGradient {
         })
     }
 
-    fn start(&mut self, source: &[f64]) {
-        self.solution.clear();
-        self.solution.resize(source.len(), 0.0);
-        self.product.clear();
-        self.product.resize(source.len(), 0.0);
-        self.partial.resize(source.len().div_ceil(BLOCK), 0.0);
-        for vector in [&mut self.residual, &mut self.direction] {
-            vector.clear();
-            vector.extend_from_slice(source);
+    /// `solution = 0`, `residual = direction = source`.
+    fn start(&mut self, source: &[f64], team: Team<'_>, workers: &Workers) {
+        let rows = source.len();
+        for vector in [
+            &mut self.solution,
+            &mut self.residual,
+            &mut self.direction,
+            &mut self.product,
+        ] {
+            if vector.capacity() < rows {
+                *vector = workers.column(rows + rows / 8, 0.0);
+            }
+            vector.resize(rows, 0.0);
         }
+        self.partial.resize(rows.div_ceil(BLOCK), 0.0);
+        let columns = (
+            Rows::of_width(&mut self.solution, BLOCK),
+            Rows::of_width(&mut self.residual, BLOCK),
+            Rows::of_width(&mut self.direction, BLOCK),
+        );
+        team.fill(columns, |blocks, (solution, residual, direction)| {
+            let first = blocks.start * BLOCK;
+            let source = &source[first..first + solution.len()];
+            solution.fill(0.0);
+            residual.copy_from_slice(source);
+            direction.copy_from_slice(source);
+        });
     }
 
     /// `product = A direction`; returns `direction . product`.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::base::parallel::{Rows, Team};
+use crate::base::parallel::{Rows, Workers};
 use crate::base::prefetch::prefetch;
 
 /// How many rows ahead a product asks for memory. Padded rows are short runs with gaps, in which the processor's own
@@ -95,11 +95,6 @@ impl SparseMatrix {
         }
     }
 
-    /// The number of rows.
-    pub fn rows(&self) -> usize {
-        self.diagonal.len()
-    }
-
     /// Entries beside the diagonal.
     pub fn entries(&self) -> usize {
         self.len.iter().map(|&len| len as usize).sum()
@@ -109,11 +104,11 @@ impl SparseMatrix {
     pub fn assemble(
         &mut self,
         rows: usize,
-        team: Team<'_>,
+        workers: &Workers,
         build: impl Fn(usize, &mut RowWriter<'_>) -> f64 + Sync,
     ) {
         loop {
-            let longest = self.fill(rows, team, &build);
+            let longest = self.fill(rows, workers, &build);
             if longest <= self.width {
                 return;
             }
@@ -125,44 +120,47 @@ impl SparseMatrix {
     fn fill(
         &mut self,
         rows: usize,
-        team: Team<'_>,
+        workers: &Workers,
         build: &(impl Fn(usize, &mut RowWriter<'_>) -> f64 + Sync),
     ) -> usize {
         let (width, storage, longest) = (self.width, self.storage, AtomicUsize::new(0));
         self.diagonal.resize(rows, 0.0);
         self.start.resize(rows, 0);
         self.len.resize(rows, 0);
-        self.columns.resize(rows * width, 0);
-        self.values.resize(rows * width, 0.0);
+        make_room(&mut self.columns, rows * width, workers);
+        make_room(&mut self.values, rows * width, workers);
         let all = (
             Rows::new(&mut self.diagonal),
             Rows::new(&mut self.start),
             Rows::new(&mut self.len),
-            Rows::of_width(&mut self.columns, width),
-            Rows::of_width(&mut self.values, width),
+            Rows::of_width(&mut self.columns[..rows * width], width),
+            Rows::of_width(&mut self.values[..rows * width], width),
         );
-        team.fill(all, |range, (diagonal, start, len, columns, values)| {
-            let first = range.start * width;
-            let (mut packed, mut longest_here) = (0, 0);
-            for (k, row) in range.enumerate() {
-                let at = match storage {
-                    Storage::Ell => k * width,
-                    Storage::Csr => packed,
-                };
-                let (columns, values) = (&mut columns[at..at + width], &mut values[at..at + width]);
-                let mut writer = RowWriter {
-                    columns,
-                    values,
-                    len: 0,
-                };
-                diagonal[k] = build(row, &mut writer);
-                longest_here = longest_here.max(writer.len);
-                let kept = writer.len.min(width);
-                (start[k], len[k]) = (first + at, kept as u32);
-                packed = at + kept;
-            }
-            longest.fetch_max(longest_here, Ordering::Relaxed);
-        });
+        workers
+            .scheduled()
+            .fill(all, |range, (diagonal, start, len, columns, values)| {
+                let first = range.start * width;
+                let (mut packed, mut longest_here) = (0, 0);
+                for (k, row) in range.enumerate() {
+                    let at = match storage {
+                        Storage::Ell => k * width,
+                        Storage::Csr => packed,
+                    };
+                    let (columns, values) =
+                        (&mut columns[at..at + width], &mut values[at..at + width]);
+                    let mut writer = RowWriter {
+                        columns,
+                        values,
+                        len: 0,
+                    };
+                    diagonal[k] = build(row, &mut writer);
+                    longest_here = longest_here.max(writer.len);
+                    let kept = writer.len.min(width);
+                    (start[k], len[k]) = (first + at, kept as u32);
+                    packed = at + kept;
+                }
+                longest.fetch_max(longest_here, Ordering::Relaxed);
+            });
         longest.into_inner()
     }
 
@@ -199,10 +197,16 @@ impl SparseMatrix {
     }
 }
 
+/// Makes `column` hold at least `len` elements, each page first touched by the thread that will multiply its rows.
+fn make_room<T: Copy + Default + Send + Sync>(column: &mut Vec<T>, len: usize, workers: &Workers) {
+    if column.len() < len {
+        *column = workers.column(len + len / 8, T::default());
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::parallel::Workers;
 
     /// Row `i` of the test matrix: `i % 7` entries and a diagonal of 10.
     fn build(row: usize, writer: &mut RowWriter<'_>) -> f64 {
@@ -229,7 +233,7 @@ mod tests {
             for storage in [Storage::Ell, Storage::Csr] {
                 // Room for one entry makes the first attempt fail, so that the wider repeat is tested too.
                 let mut matrix = SparseMatrix::new(storage, 1);
-                matrix.assemble(100, workers.scheduled(), build);
+                matrix.assemble(100, &workers, build);
                 assert_eq!(matrix.entries(), (0..100).map(|row| row % 7).sum::<usize>());
                 let product: Vec<f64> = (0..100).map(|row| matrix.row_product(row, &x)).collect();
                 assert!(

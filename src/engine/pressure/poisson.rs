@@ -83,7 +83,7 @@ impl Poisson {
         let (radius_m, coefficient, compressibility) =
             (self.radius_m, self.coefficient, self.compressibility);
         self.matrix
-            .assemble(rows.len(), state.team(), |row, entries| {
+            .assemble(rows.len(), &state.workers, |row, entries| {
                 let mut sum = 0.0;
                 near.for_each_neighbor::<T>(rows[row] as usize, radius_m, |j, _, r| {
                     match label[j] {

@@ -3,16 +3,16 @@
 //! A walk reads each bucket's row of `x y z` triples from end to end and follows no list. The price is the copy itself
 //! and the padding of all rows to the width of the fullest bucket.
 
-use crate::base::parallel::{FirstIndex, Rows, Team};
+use crate::base::parallel::{FirstIndex, Rows, Team, Workers};
 use crate::base::vec3::{Vec3, ZERO};
+use crate::engine::search::CandidateSearch;
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::linked_list::LinkedList;
-use crate::engine::search::{CandidateSearch, NONE};
 
-/// The lists and the relocated copy. The width of a row is that of the fullest bucket met so far, checked at every
-/// build: it never drops a particle, and it does not shrink, so that rows stay where they are while the fullest bucket
-/// gains and loses particles.
-#[derive(Debug, Clone)]
+/// The lists and the relocated copy. The width of a row, a constant in the paper, is that of the fullest bucket met so
+/// far, checked at every build: it never drops a particle, and it does not shrink, so that rows stay where they are
+/// while the fullest bucket gains and loses particles.
+#[derive(Debug)]
 pub struct AosRelocation {
     lists: LinkedList,
     /// `RELOCATE_ARRAY_WIDTH`.
@@ -36,8 +36,8 @@ impl CandidateSearch for AosRelocation {
         }
     }
 
-    fn build(&mut self, buckets: &Buckets) {
-        self.lists.build(buckets);
+    fn build(&mut self, buckets: &Buckets, workers: &Workers) {
+        self.lists.build(buckets, workers);
     }
 
     const RELOCATES: bool = true;
@@ -135,8 +135,9 @@ impl AosRelocation {
     /// Makes all rows as wide as the fullest bucket.
     fn widen(&mut self) {
         self.width = self.readable.iter().copied().max().unwrap_or(0).max(1) as usize;
+        // Zero pages that nobody has touched: the workers that copy into them are the first.
         self.position = vec![ZERO; self.readable.len() * self.width];
-        self.index = vec![NONE; self.readable.len() * self.width];
+        self.index = vec![0; self.readable.len() * self.width];
         self.readable.fill(0);
     }
 }

@@ -1,5 +1,6 @@
 //! Every pair: the oracle that the other searches are tested against. Quadratic, for small scenes only.
 
+use crate::base::parallel::Workers;
 use crate::base::vec3::Vec3;
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::{CandidateSearch, NONE};
@@ -13,7 +14,7 @@ impl CandidateSearch for BruteForce {
         BruteForce
     }
 
-    fn build(&mut self, _buckets: &Buckets) {}
+    fn build(&mut self, _buckets: &Buckets, _workers: &Workers) {}
 
     const RELOCATES: bool = false;
 

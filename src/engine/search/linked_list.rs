@@ -3,17 +3,21 @@
 //! Cheap to build and small, but each candidate is found only after the one before it, and neighbours in a list lie
 //! anywhere in memory.
 
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use crate::base::parallel::{Rows, Workers};
 use crate::base::vec3::Vec3;
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::{CandidateSearch, NONE};
 
 /// `bfst` and `next` of the paper, with the last entry of each bucket beside them while lists are built.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct LinkedList {
     /// `bfst`: the first particle of each bucket.
-    pub(super) first: Vec<u32>,
-    /// `next`: the particle after this one in its bucket.
-    pub(super) next: Vec<u32>,
+    first: Vec<u32>,
+    /// `next`: the particle after this one in its bucket. Atomic only because several workers build lists at a time,
+    /// each those of its own buckets; loading one costs what loading a plain number costs.
+    next: Vec<AtomicU32>,
     last: Vec<u32>,
 }
 
@@ -27,11 +31,11 @@ impl LinkedList {
     ) -> bool {
         // `NONE` is beyond the end of every column, so that the end of the list needs no test of its own.
         let mut j = self.first[bucket] as usize;
-        while let Some(&next) = self.next.get(j) {
+        while let Some(next) = self.next.get(j) {
             if stop_at(j) {
                 return true;
             }
-            j = next as usize;
+            j = next.load(Relaxed) as usize;
         }
         false
     }
@@ -41,27 +45,35 @@ impl CandidateSearch for LinkedList {
     fn new(grid: &Grid, count: usize) -> Self {
         LinkedList {
             first: vec![NONE; grid.len()],
-            next: vec![NONE; count],
+            next: (0..count).map(|_| AtomicU32::new(NONE)).collect(),
             last: vec![NONE; grid.len()],
         }
     }
 
-    /// Appends each particle to the tail of its bucket's list, so that lists ascend.
-    fn build(&mut self, buckets: &Buckets) {
-        self.first.fill(NONE);
-        self.last.fill(NONE);
-        for (i, &bucket) in buckets.of_particle.iter().enumerate() {
-            if bucket == NONE {
-                continue;
-            }
-            let last = &mut self.last[bucket as usize];
-            match *last {
-                NONE => self.first[bucket as usize] = i as u32,
-                tail => self.next[tail as usize] = i as u32,
-            }
-            self.next[i] = NONE;
-            *last = i as u32;
-        }
+    /// Appends each particle to the tail of its bucket's list, so that lists ascend. Each worker looks at all particles
+    /// and builds the lists of its own share of the buckets.
+    fn build(&mut self, buckets: &Buckets, workers: &Workers) {
+        let next = &self.next;
+        let columns = (Rows::new(&mut self.first), Rows::new(&mut self.last));
+        workers
+            .shared_evenly()
+            .fill(columns, |mine, (first, last)| {
+                first.fill(NONE);
+                for (i, &bucket) in buckets.of_particle.iter().enumerate() {
+                    let Some(place) = (bucket as usize)
+                        .checked_sub(mine.start)
+                        .filter(|p| *p < first.len())
+                    else {
+                        continue;
+                    };
+                    match first[place] {
+                        NONE => first[place] = i as u32,
+                        _ => next[last[place] as usize].store(i as u32, Relaxed),
+                    }
+                    next[i].store(NONE, Relaxed);
+                    last[place] = i as u32;
+                }
+            });
     }
 
     const RELOCATES: bool = false;
@@ -82,9 +94,6 @@ impl CandidateSearch for LinkedList {
     }
 
     fn bytes(&self) -> usize {
-        [&self.first, &self.next, &self.last]
-            .iter()
-            .map(|column| size_of_val(&column[..]))
-            .sum()
+        size_of_val(&self.first[..]) + size_of_val(&self.next[..]) + size_of_val(&self.last[..])
     }
 }

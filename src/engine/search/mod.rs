@@ -8,7 +8,7 @@ pub mod brute_force;
 pub mod grid;
 pub mod linked_list;
 
-use crate::base::parallel::Team;
+use crate::base::parallel::{Team, Workers};
 use crate::base::vec3::{Vec3, dot, sub};
 use grid::{Buckets, Grid};
 
@@ -21,7 +21,7 @@ pub trait CandidateSearch: Send + Sync + Sized {
     fn new(grid: &Grid, count: usize) -> Self;
 
     /// Takes up the particles' new buckets.
-    fn build(&mut self, buckets: &Buckets);
+    fn build(&mut self, buckets: &Buckets, workers: &Workers);
 
     /// Whether positions are copied after each build, so that the step has a `relocation` phase.
     const RELOCATES: bool;

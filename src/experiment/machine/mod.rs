@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 pub use noise::Noise;
 pub use reading::{Fact, Reading};
+pub use scrub::without_paths;
 pub use topology::{Cpu, Topology, allowed_cpus};
 
 use source::{Source, field, parse_cpu_list};
