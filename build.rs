@@ -26,14 +26,7 @@ const MEASURED: [&str; 7] = [
     "src/scene",
 ];
 /// What decides the program, and therefore whether it differs from its commit.
-const DECIDING: [&str; 6] = [
-    "src",
-    "build.rs",
-    "Cargo.toml",
-    "Cargo.lock",
-    "rust-toolchain.toml",
-    ".cargo",
-];
+const DECIDING: [&str; 6] = ["src", "build.rs", "Cargo.toml", "Cargo.lock", "rust-toolchain.toml", ".cargo"];
 const UNAVAILABLE: &str = "unavailable";
 
 fn main() {
@@ -46,18 +39,12 @@ fn main() {
     watch_flags();
     tell("REPRO_RUSTC_VERSION", &compiler_version());
     tell("REPRO_TARGET", &variable("TARGET"));
-    tell(
-        "REPRO_TARGET_FEATURES",
-        &or_none(variable("CARGO_CFG_TARGET_FEATURE")),
-    );
+    tell("REPRO_TARGET_FEATURES", &or_none(variable("CARGO_CFG_TARGET_FEATURE")));
     tell("REPRO_OPT_LEVEL", &variable("OPT_LEVEL"));
     tell("REPRO_RUSTFLAGS", &or_none(rust_flags()));
     tell("REPRO_COMMIT", &git.commit().unwrap_or(UNAVAILABLE.into()));
     tell("REPRO_DIRTY", git.dirty().unwrap_or(UNAVAILABLE));
-    tell(
-        "REPRO_SOURCE_HASH",
-        &source_hash(&project).unwrap_or(UNAVAILABLE.into()),
-    );
+    tell("REPRO_SOURCE_HASH", &source_hash(&project).unwrap_or(UNAVAILABLE.into()));
 }
 
 fn variable(name: &str) -> String {
@@ -82,11 +69,7 @@ fn watch(path: &Path) {
 }
 
 fn watch_flags() {
-    for name in [
-        "RUSTFLAGS",
-        "CARGO_ENCODED_RUSTFLAGS",
-        "CARGO_BUILD_RUSTFLAGS",
-    ] {
+    for name in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_RUSTFLAGS"] {
         println!("cargo::rerun-if-env-changed={name}");
     }
 }
@@ -105,10 +88,7 @@ fn rust_flags() -> String {
 
 /// What a command writes, without surrounding blanks, if it succeeds.
 fn output(command: &mut Command) -> Option<String> {
-    let output = command
-        .output()
-        .ok()
-        .filter(|output| output.status.success())?;
+    let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
@@ -131,14 +111,11 @@ impl Git<'_> {
 
     /// An archive may be unpacked inside an unrelated repository, whose commit says nothing.
     fn has_project(&self) -> bool {
-        self.ask(&["ls-files", "--error-unmatch", "Cargo.toml"])
-            .is_some()
+        self.ask(&["ls-files", "--error-unmatch", "Cargo.toml"]).is_some()
     }
 
     fn commit(&self) -> Option<String> {
-        let commit = self
-            .has_project()
-            .then(|| self.ask(&["rev-parse", "HEAD"]))??;
+        let commit = self.has_project().then(|| self.ask(&["rev-parse", "HEAD"]))??;
         let is_hash = commit.len() >= 40 && commit.bytes().all(|digit| digit.is_ascii_hexdigit());
         is_hash.then_some(commit)
     }
@@ -204,11 +181,7 @@ fn add_files(project: &Path, path: &str, files: &mut Vec<String>) -> io::Result<
     if kind.is_dir() {
         for entry in fs::read_dir(&full)? {
             let name = entry?.file_name();
-            add_files(
-                project,
-                &format!("{path}/{}", name.to_string_lossy()),
-                files,
-            )?;
+            add_files(project, &format!("{path}/{}", name.to_string_lossy()), files)?;
         }
     }
     Ok(())

@@ -4,9 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 fn sources(folder: &str) -> Vec<(PathBuf, String)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("src")
-        .join(folder);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(folder);
     let mut found = Vec::new();
     let mut folders = vec![root];
     while let Some(folder) = folders.pop() {
@@ -17,11 +15,7 @@ fn sources(folder: &str) -> Vec<(PathBuf, String)> {
             } else if path.extension().is_some_and(|e| e == "rs") {
                 let text = fs::read_to_string(&path).unwrap();
                 // What tests do is theirs alone.
-                let code = text
-                    .split("#[cfg(test)]\nmod tests")
-                    .next()
-                    .unwrap()
-                    .to_string();
+                let code = text.split("#[cfg(test)]\nmod tests").next().unwrap().to_string();
                 found.push((path, code));
             }
         }
@@ -32,11 +26,7 @@ fn sources(folder: &str) -> Vec<(PathBuf, String)> {
 fn none_of(folder: &str, forbidden: &[&str], why: &str) {
     for (path, text) in sources(folder) {
         for word in forbidden {
-            assert!(
-                !text.contains(word),
-                "{} uses `{word}`: {why}",
-                path.display()
-            );
+            assert!(!text.contains(word), "{} uses `{word}`: {why}", path.display());
         }
     }
 }
@@ -45,10 +35,7 @@ fn none_of(folder: &str, forbidden: &[&str], why: &str) {
 fn imports_run_one_way() {
     let layers = ["base", "engine", "scene", "experiment", "report", "cli"];
     for (k, layer) in layers.iter().enumerate() {
-        let above: Vec<String> = layers[k + 1..]
-            .iter()
-            .map(|l| format!("crate::{l}"))
-            .collect();
+        let above: Vec<String> = layers[k + 1..].iter().map(|l| format!("crate::{l}")).collect();
         let above: Vec<&str> = above.iter().map(String::as_str).collect();
         none_of(layer, &above, "a layer knows only those below it");
     }
@@ -56,31 +43,19 @@ fn imports_run_one_way() {
 
 #[test]
 fn the_engine_knows_no_file_no_clock_and_no_format() {
-    none_of(
-        "engine",
-        &["std::fs", "std::path", "std::time", "serde", "std::env"],
-        "it only moves particles",
-    );
+    none_of("engine", &["std::fs", "std::path", "std::time", "serde", "std::env"], "it only moves particles");
 }
 
 #[test]
 fn no_search_knows_an_effect_and_no_effect_another() {
-    none_of(
-        "engine/search",
-        &["engine::effects", "engine::pressure"],
-        "a search supplies candidates",
-    );
+    none_of("engine/search", &["engine::effects", "engine::pressure"], "a search supplies candidates");
     for name in ["gravity", "viscosity", "collision"] {
         let own = format!("{name}.rs");
         for (path, text) in sources("engine/effects") {
             if path.ends_with(&own) || path.ends_with("mod.rs") {
                 continue;
             }
-            assert!(
-                !text.contains(&format!("effects::{name}")),
-                "{} knows {name}",
-                path.display()
-            );
+            assert!(!text.contains(&format!("effects::{name}")), "{} knows {name}", path.display());
         }
     }
 }
@@ -101,9 +76,7 @@ fn unsafe_code_stands_in_two_small_modules() {
     for (path, text) in sources("") {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let allowed = ["parallel.rs", "prefetch.rs"].contains(&name.as_str());
-        let code = text
-            .lines()
-            .filter(|line| !line.trim_start().starts_with("//"));
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
         let uses = code.filter(|line| line.contains("unsafe")).count();
         assert!(allowed || uses == 0, "{} has unsafe code", path.display());
     }
@@ -112,12 +85,8 @@ fn unsafe_code_stands_in_two_small_modules() {
 #[test]
 fn there_is_one_distance_test_and_one_walk() {
     let walks = |word: &str| {
-        let searches = sources("engine")
-            .into_iter()
-            .filter(|(_, text)| text.contains(word));
-        searches
-            .map(|(path, _)| path.file_name().unwrap().to_string_lossy().into_owned())
-            .collect::<Vec<_>>()
+        let searches = sources("engine").into_iter().filter(|(_, text)| text.contains(word));
+        searches.map(|(path, _)| path.file_name().unwrap().to_string_lossy().into_owned()).collect::<Vec<_>>()
     };
     assert_eq!(walks("fn within("), ["mod.rs"]);
     assert_eq!(walks("fn for_each_neighbor"), ["mod.rs"]);

@@ -44,10 +44,7 @@ fn end_state(
     options.schedule = schedule.parse().unwrap();
     change(&mut options);
     let workers = Arc::new(Workers::new(threads, options.schedule, &[]).unwrap());
-    let start = Start {
-        particles: state,
-        steps_done: LATE_STEP,
-    };
+    let start = Start { particles: state, steps_done: LATE_STEP };
     let mut simulation = simulation::build(&parameters, &options, start, workers).unwrap();
     for _ in 0..STEPS {
         simulation.step(&mut NoProbe).unwrap();
@@ -59,13 +56,7 @@ fn end_state(
 #[test]
 fn a_covering_set_of_searches_threads_and_schedules_gives_the_same_bits() {
     let (list, relocated) = ("paper-linked-list", "paper-aos-relocation");
-    let run = Run {
-        l0: L0,
-        steps: LATE_STEP,
-        threads: 2,
-        change: squared_csr,
-        ..Run::default()
-    };
+    let run = Run { l0: L0, steps: LATE_STEP, threads: 2, change: squared_csr, ..Run::default() };
     let (simulation, _) = run_dam_break(&run);
     let particles = simulation.particles();
     let state: Vec<InitialParticle> = (0..particles.len())
@@ -106,22 +97,10 @@ fn a_covering_set_of_searches_threads_and_schedules_gives_the_same_bits() {
 /// The whole run at 0.0375 m against the digest that is known for it.
 #[test]
 fn a_whole_run_ends_in_the_known_state() {
-    let run = Run {
-        l0: L0,
-        steps: 667,
-        threads: 2,
-        change: squared_csr,
-        ..Run::default()
-    };
+    let run = Run { l0: L0, steps: 667, threads: 2, change: squared_csr, ..Run::default() };
     let (simulation, _) = run_dam_break(&run);
     let known: toml::Table = include_str!("../experiments/digests.toml").parse().unwrap();
     let states = known["state"].as_array().unwrap();
-    let entry = states
-        .iter()
-        .find(|state| state["particle_distance_m"].as_float() == Some(L0))
-        .unwrap();
-    assert_eq!(
-        entry["digest"].as_str().unwrap(),
-        digest(simulation.particles())
-    );
+    let entry = states.iter().find(|state| state["particle_distance_m"].as_float() == Some(L0)).unwrap();
+    assert_eq!(entry["digest"].as_str().unwrap(), digest(simulation.particles()));
 }

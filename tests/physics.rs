@@ -28,44 +28,23 @@ fn parameters(effects: Effects) -> Parameters {
         particle_distance_m: L0,
         time_step_s: DT,
         density_kg_m3: 1000.0,
-        radii: Radii {
-            number_density: 2.1,
-            gradient: 2.1,
-            laplacian: 3.1,
-        },
-        domain: Domain {
-            low: [-2.0; 3],
-            high: [2.0; 3],
-        },
+        radii: Radii { number_density: 2.1, gradient: 2.1, laplacian: 3.1 },
+        domain: Domain { low: [-2.0; 3], high: [2.0; 3] },
         effects,
     }
 }
 
 fn pressure() -> Option<Pressure> {
-    Some(Pressure {
-        surface_threshold: 0.97,
-        source_relaxation: 0.2,
-        compressibility_1_pa: 0.45e-9,
-    })
+    Some(Pressure { surface_threshold: 0.97, source_relaxation: 0.2, compressibility_1_pa: 0.45e-9 })
 }
 
 fn fluid(position: Vec3, velocity: Vec3) -> InitialParticle {
-    InitialParticle {
-        velocity,
-        ..InitialParticle::at_rest(Kind::Fluid, position)
-    }
+    InitialParticle { velocity, ..InitialParticle::at_rest(Kind::Fluid, position) }
 }
 
-fn build_with(
-    effects: Effects,
-    particles: &[InitialParticle],
-    options: &Options,
-) -> Box<dyn Simulation> {
+fn build_with(effects: Effects, particles: &[InitialParticle], options: &Options) -> Box<dyn Simulation> {
     let workers = Arc::new(Workers::new(1, Schedule::Static, &[]).unwrap());
-    let start = Start {
-        particles,
-        steps_done: 0,
-    };
+    let start = Start { particles, steps_done: 0 };
     simulation::build(&parameters(effects), options, start, workers).unwrap()
 }
 
@@ -75,15 +54,10 @@ fn build(effects: Effects, particles: &[InitialParticle]) -> Box<dyn Simulation>
 
 #[test]
 fn a_lone_particle_falls_on_the_discrete_parabola() {
-    let gravity = Some(Gravity {
-        acceleration_m_s2: [0.0, -9.8, 0.0],
-    });
+    let gravity = Some(Gravity { acceleration_m_s2: [0.0, -9.8, 0.0] });
     let effects = Effects {
         gravity,
-        collision: Some(Collision {
-            distance: 0.5,
-            restitution: 0.2,
-        }),
+        collision: Some(Collision { distance: 0.5, restitution: 0.2 }),
         pressure: pressure(),
         ..Effects::default()
     };
@@ -92,19 +66,12 @@ fn a_lone_particle_falls_on_the_discrete_parabola() {
     for _ in 0..steps {
         let report = simulation.step(&mut NoProbe).unwrap();
         let solve = report.pressure.unwrap();
-        assert_eq!(
-            (solve.unknowns, solve.cg.iterations),
-            (0, 0),
-            "nothing to solve in free flight"
-        );
+        assert_eq!((solve.unknowns, solve.cg.iterations), (0, 0), "nothing to solve in free flight");
     }
     let (n, x) = (f64::from(steps), simulation.particles().position[0]);
     // u_k = -g dt k and x_n = dt sum u_k: the symplectic Euler method's parabola.
     let y = -9.8 * DT * DT * n * (n + 1.0) / 2.0;
-    assert!(
-        (x[1] - y).abs() < 1e-14 && (x[0] - n * DT).abs() < 1e-14,
-        "{x:?}"
-    );
+    assert!((x[1] - y).abs() < 1e-14 && (x[0] - n * DT).abs() < 1e-14, "{x:?}");
 }
 
 /// On a lattice sheared as u = (s y^2, 0, 0) the Laplacian model gives exactly 2 s where all neighbours are there: it
@@ -121,16 +88,8 @@ fn viscosity_of_a_parabolic_profile_is_its_second_derivative() {
             }
         }
     }
-    let viscosity = Some(Viscosity {
-        kinematic_viscosity_m2_s: nu,
-    });
-    let mut simulation = build(
-        Effects {
-            viscosity,
-            ..Effects::default()
-        },
-        &particles,
-    );
+    let viscosity = Some(Viscosity { kinematic_viscosity_m2_s: nu });
+    let mut simulation = build(Effects { viscosity, ..Effects::default() }, &particles);
     simulation.step(&mut NoProbe).unwrap();
     let centre = particles.len() / 2;
     let change = simulation.particles().velocity[centre][0] - particles[centre].velocity[0];
@@ -139,47 +98,24 @@ fn viscosity_of_a_parabolic_profile_is_its_second_derivative() {
 
 #[test]
 fn two_equal_particles_collide_with_the_stated_restitution() {
-    let collision = Some(Collision {
-        distance: 0.5,
-        restitution: 0.2,
-    });
-    let particles = [
-        fluid([0.0; 3], [1.0, 0.0, 0.0]),
-        fluid([0.045, 0.0, 0.0], [-1.0, 0.0, 0.0]),
-    ];
-    let mut simulation = build(
-        Effects {
-            collision,
-            ..Effects::default()
-        },
-        &particles,
-    );
+    let collision = Some(Collision { distance: 0.5, restitution: 0.2 });
+    let particles = [fluid([0.0; 3], [1.0, 0.0, 0.0]), fluid([0.045, 0.0, 0.0], [-1.0, 0.0, 0.0])];
+    let mut simulation = build(Effects { collision, ..Effects::default() }, &particles);
     simulation.step(&mut NoProbe).unwrap();
     let after = &simulation.particles().velocity;
     // s = 2 m/s of approach, of which each takes (1 + e) / 2 off: they part with e times the approach.
-    assert!(
-        (after[0][0] + 0.2).abs() < 1e-15 && (after[1][0] - 0.2).abs() < 1e-15,
-        "{after:?}"
-    );
+    assert!((after[0][0] + 0.2).abs() < 1e-15 && (after[1][0] - 0.2).abs() < 1e-15, "{after:?}");
 }
 
 #[test]
 fn a_particle_that_leaves_the_domain_is_counted_and_out_of_all_sums() {
     let effects = Effects {
-        collision: Some(Collision {
-            distance: 0.5,
-            restitution: 0.2,
-        }),
+        collision: Some(Collision { distance: 0.5, restitution: 0.2 }),
         pressure: pressure(),
         ..Effects::default()
     };
-    let mut simulation = build(
-        effects,
-        &[
-            fluid([0.0; 3], [0.0; 3]),
-            fluid([1.9995, 0.0, 0.0], [1.0, 0.0, 0.0]),
-        ],
-    );
+    let mut simulation =
+        build(effects, &[fluid([0.0; 3], [0.0; 3]), fluid([1.9995, 0.0, 0.0], [1.0, 0.0, 0.0])]);
     let mut ghosts = Vec::new();
     for _ in 0..3 {
         ghosts.push(simulation.step(&mut NoProbe).unwrap().ghosts);
@@ -187,11 +123,7 @@ fn a_particle_that_leaves_the_domain_is_counted_and_out_of_all_sums() {
     let particles = simulation.particles();
     assert_eq!(ghosts, [1, 1, 1]);
     assert_eq!(
-        (
-            particles.kind[1],
-            particles.velocity[1],
-            particles.pressure[1]
-        ),
+        (particles.kind[1], particles.velocity[1], particles.pressure[1]),
         (Kind::Ghost, [0.0; 3], 0.0)
     );
     assert_eq!(particles.count(Kind::Fluid) + 1, 2);
@@ -202,78 +134,29 @@ fn coincident_particles_end_the_run_with_step_phase_and_particles() {
     let place = [0.3, 0.1, 0.2];
     let apart = fluid([0.0; 3], [0.0; 3]);
     let twins = [apart, fluid(place, [0.0; 3]), fluid(place, [0.0; 3])];
-    let viscosity = Some(Viscosity {
-        kinematic_viscosity_m2_s: 1e-6,
-    });
-    let collision = Some(Collision {
-        distance: 0.5,
-        restitution: 0.2,
-    });
+    let viscosity = Some(Viscosity { kinematic_viscosity_m2_s: 1e-6 });
+    let collision = Some(Collision { distance: 0.5, restitution: 0.2 });
     for (effects, phase) in [
-        (
-            Effects {
-                viscosity,
-                collision,
-                pressure: pressure(),
-                ..Effects::default()
-            },
-            Phase::Viscosity,
-        ),
-        (
-            Effects {
-                collision,
-                pressure: pressure(),
-                ..Effects::default()
-            },
-            Phase::Collision,
-        ),
-        (
-            Effects {
-                pressure: pressure(),
-                ..Effects::default()
-            },
-            Phase::NumberDensity,
-        ),
+        (Effects { viscosity, collision, pressure: pressure(), ..Effects::default() }, Phase::Viscosity),
+        (Effects { collision, pressure: pressure(), ..Effects::default() }, Phase::Collision),
+        (Effects { pressure: pressure(), ..Effects::default() }, Phase::NumberDensity),
     ] {
         for preset in [Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION] {
             let mut simulation = build_with(effects, &twins, &preset.options());
             let error = simulation.step(&mut NoProbe).unwrap_err();
-            assert_eq!(
-                error,
-                SimulationError::Coincident {
-                    step: 1,
-                    phase,
-                    particle: 1,
-                    other: 2
-                }
-            );
-            assert!(
-                error.to_string().contains("step 1") && error.to_string().contains("distance zero")
-            );
+            assert_eq!(error, SimulationError::Coincident { step: 1, phase, particle: 1, other: 2 });
+            assert!(error.to_string().contains("step 1") && error.to_string().contains("distance zero"));
         }
     }
 }
 
 #[test]
 fn a_position_that_is_not_finite_ends_the_run() {
-    let particles = [
-        fluid([0.0; 3], [0.0; 3]),
-        fluid([0.5, f64::NAN, 0.0], [0.0; 3]),
-    ];
-    let mut simulation = build(
-        Effects {
-            pressure: pressure(),
-            ..Effects::default()
-        },
-        &particles,
-    );
+    let particles = [fluid([0.0; 3], [0.0; 3]), fluid([0.5, f64::NAN, 0.0], [0.0; 3])];
+    let mut simulation = build(Effects { pressure: pressure(), ..Effects::default() }, &particles);
     let error = simulation.step(&mut NoProbe).unwrap_err();
-    let expected = SimulationError::NotFinite {
-        step: 1,
-        phase: Phase::BucketBuild,
-        particle: 1,
-        quantity: "position",
-    };
+    let expected =
+        SimulationError::NotFinite { step: 1, phase: Phase::BucketBuild, particle: 1, quantity: "position" };
     assert_eq!(error, expected);
 }
 
@@ -284,20 +167,11 @@ fn a_solver_that_does_not_converge_ends_the_run() {
     let mut options = Preset::PAPER_LINKED_LIST.options();
     options.cg.max_iterations = 2;
     let workers = Arc::new(Workers::new(1, options.schedule, &[]).unwrap());
-    let start = Start {
-        particles: &particles,
-        steps_done: 0,
-    };
-    let mut simulation =
-        simulation::build(&scene.parameters(&particles), &options, start, workers).unwrap();
+    let start = Start { particles: &particles, steps_done: 0 };
+    let mut simulation = simulation::build(&scene.parameters(&particles), &options, start, workers).unwrap();
     let error = simulation.step(&mut NoProbe).unwrap_err();
-    let SimulationError::Solver {
-        step: 1,
-        source: CgError::NotConverged {
-            residual,
-            iterations: 2,
-        },
-    } = error
+    let SimulationError::Solver { step: 1, source: CgError::NotConverged { residual, iterations: 2 } } =
+        error
     else {
         panic!("{error}");
     };
@@ -350,42 +224,15 @@ fn closed_box(with_pool: bool) -> Scene {
 fn a_pool_without_a_free_surface_is_found_and_anchored() {
     let alone = closed_box(false);
     for preset in ["paper-linked-list", "paper-aos-relocation", "brute-force"] {
-        let (_, report) = run_scene(
-            &alone,
-            &Run {
-                steps: 1,
-                preset,
-                threads: 2,
-                ..Run::default()
-            },
-        );
+        let (_, report) = run_scene(&alone, &Run { steps: 1, preset, threads: 2, ..Run::default() });
         let solve = report.pressure.unwrap();
-        assert!(
-            solve.unknowns > 500 && solve.surface == 0,
-            "{preset}: {solve:?}"
-        );
+        assert!(solve.unknowns > 500 && solve.surface == 0, "{preset}: {solve:?}");
         assert_eq!(solve.enclosed, solve.unknowns, "{preset}");
     }
-    let (_, alone) = run_scene(
-        &alone,
-        &Run {
-            steps: 1,
-            ..Run::default()
-        },
-    );
-    let (_, both) = run_scene(
-        &closed_box(true),
-        &Run {
-            steps: 1,
-            ..Run::default()
-        },
-    );
+    let (_, alone) = run_scene(&alone, &Run { steps: 1, ..Run::default() });
+    let (_, both) = run_scene(&closed_box(true), &Run { steps: 1, ..Run::default() });
     let both = both.pressure.unwrap();
-    assert_eq!(
-        both.enclosed,
-        alone.pressure.unwrap().enclosed,
-        "the open pool is not enclosed"
-    );
+    assert_eq!(both.enclosed, alone.pressure.unwrap().enclosed, "the open pool is not enclosed");
     assert!(both.surface > 0);
 }
 
@@ -395,11 +242,7 @@ fn a_pool_without_a_free_surface_is_found_and_anchored() {
 fn tighter_tolerances_converge_to_one_answer() {
     let scene = dam_break(0.075);
     let pressures = |tolerance: f64, change: fn(&mut Options)| {
-        let run = Run {
-            steps: 10,
-            change,
-            ..Run::default()
-        };
+        let run = Run { steps: 10, change, ..Run::default() };
         let (simulation, report) = run_scene(&scene, &run);
         assert!(report.pressure.unwrap().cg.residual <= 10.0 * tolerance);
         simulation.particles().pressure.clone()
@@ -412,8 +255,5 @@ fn tighter_tolerances_converge_to_one_answer() {
     };
     let loose = error(&pressures(1e-4, |o| o.cg.tolerance = 1e-4));
     let tight = error(&pressures(1e-8, |o| o.cg.tolerance = 1e-8));
-    assert!(
-        loose < 1e-2 && tight < 1e-6 && tight < loose,
-        "{loose:e} {tight:e}"
-    );
+    assert!(loose < 1e-2 && tight < 1e-6 && tight < loose, "{loose:e} {tight:e}");
 }

@@ -51,14 +51,7 @@ fn essence(folder: &Path) -> Vec<Vec<String>> {
     let header = reader.headers().unwrap().clone();
     let wanted = ["cell_id", "round", "position", "phase", "status", "digest"];
     let columns = wanted.map(|name| header.iter().position(|h| h == name).unwrap());
-    reader
-        .records()
-        .map(|row| {
-            columns
-                .map(|c| row.as_ref().unwrap()[c].to_string())
-                .to_vec()
-        })
-        .collect()
+    reader.records().map(|row| columns.map(|c| row.as_ref().unwrap()[c].to_string()).to_vec()).collect()
 }
 
 #[test]
@@ -68,11 +61,7 @@ fn a_killed_run_ends_like_an_uninterrupted_one() {
     fs::write(&experiment, TINY.replace("4096", "1024")).unwrap();
     let (whole, killed) = (place.path().join("whole"), place.path().join("killed"));
     let output = start(&experiment, &whole).wait_with_output().unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
     for milliseconds in [150, 700, 1500] {
         let mut child = start(&experiment, &killed);
@@ -81,41 +70,18 @@ fn a_killed_run_ends_like_an_uninterrupted_one() {
         let _ = child.wait();
     }
     let finished = start(&experiment, &killed).wait_with_output().unwrap();
-    assert!(
-        matches!(finished.status.code(), Some(0 | 2)),
-        "{finished:?}"
-    );
+    assert!(matches!(finished.status.code(), Some(0 | 2)), "{finished:?}");
     let again = start(&experiment, &killed).wait_with_output().unwrap();
     let text = String::from_utf8_lossy(&again.stderr).into_owned();
-    assert_eq!(
-        again.status.code(),
-        Some(2),
-        "a finished run is not run again: {text}"
-    );
-    assert!(
-        text.contains("finished run") && text.contains("--fresh"),
-        "{text}"
-    );
+    assert_eq!(again.status.code(), Some(2), "a finished run is not run again: {text}");
+    assert!(text.contains("finished run") && text.contains("--fresh"), "{text}");
 
     let rows = essence(&whole);
     assert_eq!(rows, essence(&killed));
     assert!(rows.iter().any(|row| row[4] == "not_applicable"));
-    assert!(
-        rows.iter()
-            .all(|row| row[4] == "ok" || row[4] == "not_applicable")
-    );
-    assert!(
-        !killed.join("states").exists(),
-        "states are removed when they are no longer needed"
-    );
-    for file in [
-        "report.html",
-        "report.md",
-        "machine.json",
-        "summary.csv",
-        "steps.csv",
-        "claims.csv",
-    ] {
+    assert!(rows.iter().all(|row| row[4] == "ok" || row[4] == "not_applicable"));
+    assert!(!killed.join("states").exists(), "states are removed when they are no longer needed");
+    for file in ["report.html", "report.md", "machine.json", "summary.csv", "steps.csv", "claims.csv"] {
         assert!(killed.join(file).is_file(), "{file} is missing");
     }
 }
@@ -128,30 +94,16 @@ fn rendering_again_gives_the_same_bytes() {
     let folder = place.path().join("run");
     assert!(start(&experiment, &folder).wait().unwrap().success());
     let read = |name: &str| fs::read(folder.join(name)).unwrap();
-    let names = [
-        "samples.csv",
-        "steps.csv",
-        "summary.csv",
-        "report.html",
-        "report.md",
-        "machine.csv",
-    ];
+    let names = ["samples.csv", "steps.csv", "summary.csv", "report.html", "report.md", "machine.csv"];
     let before = names.map(read);
-    let status = Command::new(env!("CARGO_BIN_EXE_repro"))
-        .arg("report")
-        .arg(&folder)
-        .output()
-        .unwrap();
+    let status = Command::new(env!("CARGO_BIN_EXE_repro")).arg("report").arg(&folder).output().unwrap();
     assert!(status.status.success());
     for (name, before) in names.iter().zip(before) {
         assert_eq!(fs::read(folder.join(name)).unwrap(), before, "{name}");
     }
     let text = String::from_utf8(read("report.html")).unwrap();
     let home = std::env::var("HOME").unwrap_or_else(|_| "/home".to_string());
-    assert!(
-        !text.contains(&home) && !text.contains(place.path().to_str().unwrap()),
-        "no path is recorded"
-    );
+    assert!(!text.contains(&home) && !text.contains(place.path().to_str().unwrap()), "no path is recorded");
 }
 
 /// Ctrl-C ends the run with its own exit code; the same command finishes it.
@@ -170,15 +122,7 @@ fn an_interrupted_run_says_so_and_goes_on() {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(130), "{text}");
     assert!(text.contains("interrupted"), "{text}");
-    let names = fs::read_dir(folder.join("rounds"))
-        .unwrap()
-        .flatten()
-        .map(|e| e.file_name());
-    assert!(
-        names
-            .into_iter()
-            .all(|name| name.to_string_lossy().ends_with(".json")),
-        "no half file"
-    );
+    let names = fs::read_dir(folder.join("rounds")).unwrap().flatten().map(|e| e.file_name());
+    assert!(names.into_iter().all(|name| name.to_string_lossy().ends_with(".json")), "no half file");
     assert!(start(&experiment, &folder).wait().unwrap().success());
 }

@@ -8,9 +8,7 @@ use repro::engine::search::aos_relocation::AosRelocation;
 use repro::engine::search::brute_force::BruteForce;
 use repro::engine::search::grid::{Buckets, Grid};
 use repro::engine::search::linked_list::LinkedList;
-use repro::engine::search::{
-    CandidateSearch, DistanceTest, NONE, Neighborhood, RootFirst, SquaredFirst,
-};
+use repro::engine::search::{CandidateSearch, DistanceTest, NONE, Neighborhood, RootFirst, SquaredFirst};
 
 const SIDE: f64 = 0.31;
 
@@ -20,27 +18,13 @@ fn neighbors<C: CandidateSearch, T: DistanceTest>(
     radius: f64,
     workers: &Workers,
 ) -> Vec<Vec<usize>> {
-    let grid = Grid::new(
-        Domain {
-            low: [-1.0; 3],
-            high: [1.0; 3],
-        },
-        SIDE,
-    )
-    .unwrap();
+    let grid = Grid::new(Domain { low: [-1.0; 3], high: [1.0; 3] }, SIDE).unwrap();
     let mut candidates = C::new(&grid, positions.len());
-    let mut buckets = Buckets {
-        grid,
-        of_particle: vec![NONE; positions.len()],
-    };
+    let mut buckets = Buckets { grid, of_particle: vec![NONE; positions.len()] };
     buckets.assign(&vec![Kind::Fluid; positions.len()], positions, Team::SERIAL);
     candidates.build(&buckets, workers);
     candidates.relocate(positions, Team::SERIAL);
-    let near = Neighborhood {
-        candidates: &candidates,
-        buckets: &buckets,
-        positions,
-    };
+    let near = Neighborhood { candidates: &candidates, buckets: &buckets, positions };
     (0..positions.len())
         .map(|i| {
             let mut found = Vec::new();

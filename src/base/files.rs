@@ -6,9 +6,7 @@ use std::path::Path;
 
 /// Writes `bytes` to a temporary file beside `path`, syncs it and renames it, so that `path` never holds half of them.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let name = path
-        .file_name()
-        .ok_or_else(|| io::Error::other("a file needs a name"))?;
+    let name = path.file_name().ok_or_else(|| io::Error::other("a file needs a name"))?;
     let mut temporary = name.to_os_string();
     temporary.push(format!(".{}.part", std::process::id()));
     let temporary = path.with_file_name(temporary);

@@ -15,12 +15,7 @@ pub struct InputError {
 }
 
 impl InputError {
-    pub fn new(
-        file: &str,
-        key: &str,
-        found: impl fmt::Display,
-        allowed: impl fmt::Display,
-    ) -> Self {
+    pub fn new(file: &str, key: &str, found: impl fmt::Display, allowed: impl fmt::Display) -> Self {
         InputError {
             file: file.to_string(),
             key: key.to_string(),
@@ -39,22 +34,12 @@ pub struct Check<'a> {
 impl Check<'_> {
     /// A finite number above zero.
     pub fn positive(self, key: &str, value: f64) -> Result<(), InputError> {
-        self.require(
-            value.is_finite() && value > 0.0,
-            key,
-            value,
-            "allowed are finite numbers above 0",
-        )
+        self.require(value.is_finite() && value > 0.0, key, value, "allowed are finite numbers above 0")
     }
 
     /// A finite number, zero or above.
     pub fn not_negative(self, key: &str, value: f64) -> Result<(), InputError> {
-        self.require(
-            value.is_finite() && value >= 0.0,
-            key,
-            value,
-            "allowed are finite numbers from 0 up",
-        )
+        self.require(value.is_finite() && value >= 0.0, key, value, "allowed are finite numbers from 0 up")
     }
 
     pub fn require(
@@ -64,10 +49,6 @@ impl Check<'_> {
         found: impl fmt::Display,
         allowed: impl fmt::Display,
     ) -> Result<(), InputError> {
-        if holds {
-            Ok(())
-        } else {
-            Err(InputError::new(self.file, key, found, allowed))
-        }
+        if holds { Ok(()) } else { Err(InputError::new(self.file, key, found, allowed)) }
     }
 }

@@ -32,7 +32,8 @@ pub enum Schedule {
 
 impl Schedule {
     /// The forms that [`Schedule::from_str`] reads.
-    pub const ALLOWED: &'static str = "`static`, `dynamic:<chunk>`, `guided:<chunk>` or `rayon:<chunk>` with a chunk of 1 to 1073741824";
+    pub const ALLOWED: &'static str =
+        "`static`, `dynamic:<chunk>`, `guided:<chunk>` or `rayon:<chunk>` with a chunk of 1 to 1073741824";
 }
 
 impl fmt::Display for Schedule {
@@ -57,9 +58,7 @@ impl FromStr for Schedule {
     type Err = UnknownSchedule;
 
     fn from_str(text: &str) -> Result<Self, UnknownSchedule> {
-        let unknown = || UnknownSchedule {
-            found: text.to_string(),
-        };
+        let unknown = || UnknownSchedule { found: text.to_string() };
         if text == "static" {
             return Ok(Schedule::Static);
         }
@@ -94,11 +93,7 @@ pub struct ThreadsUnavailable {
 
 impl Workers {
     /// Starts `threads` workers; worker `k` stays on CPU `cpus[k % cpus.len()]`, or anywhere when `cpus` is empty.
-    pub fn new(
-        threads: usize,
-        schedule: Schedule,
-        cpus: &[usize],
-    ) -> Result<Self, ThreadsUnavailable> {
+    pub fn new(threads: usize, schedule: Schedule, cpus: &[usize]) -> Result<Self, ThreadsUnavailable> {
         let failed = |reason: String| ThreadsUnavailable { threads, reason };
         if threads == 0 || threads > MAX_THREADS {
             return Err(failed(format!("allowed are 1 to {MAX_THREADS}")));
@@ -129,25 +124,18 @@ impl Workers {
 
     /// The team with the schedule it was made with: for loops over particles.
     pub fn scheduled(&self) -> Team<'_> {
-        Team {
-            pool: Some(&self.pool),
-            schedule: self.schedule,
-        }
+        Team { pool: Some(&self.pool), schedule: self.schedule }
     }
 
     /// The team with contiguous shares: for loops over equal rows, where each thread should meet the same memory again.
     pub fn shared_evenly(&self) -> Team<'_> {
-        Team {
-            pool: Some(&self.pool),
-            schedule: Schedule::Static,
-        }
+        Team { pool: Some(&self.pool), schedule: Schedule::Static }
     }
 
     /// A column of `len` copies of `value`, each page first touched by the thread that gets its part of an even share.
     pub fn column<T: Copy + Send + Sync + Default>(&self, len: usize, value: T) -> Vec<T> {
         let mut column = vec![T::default(); len];
-        self.shared_evenly()
-            .fill(Rows::new(&mut column), |_, part| part.fill(value));
+        self.shared_evenly().fill(Rows::new(&mut column), |_, part| part.fill(value));
         column
     }
 }
@@ -174,10 +162,7 @@ pub struct Team<'a> {
 
 impl Team<'_> {
     /// The calling thread alone.
-    pub const SERIAL: Team<'static> = Team {
-        pool: None,
-        schedule: Schedule::Static,
-    };
+    pub const SERIAL: Team<'static> = Team { pool: None, schedule: Schedule::Static };
 
     /// Calls `body` with ranges that together cover `0..len`, each index once.
     pub fn run(self, len: usize, body: impl Fn(Range<usize>) + Sync) {
@@ -187,9 +172,7 @@ impl Team<'_> {
         match self.schedule {
             Schedule::Static => {
                 pool.broadcast(|worker| {
-                    let share = |k: usize| {
-                        len / worker.num_threads() * k + k.min(len % worker.num_threads())
-                    };
+                    let share = |k: usize| len / worker.num_threads() * k + k.min(len % worker.num_threads());
                     body(share(worker.index())..share(worker.index() + 1));
                 });
             }
@@ -205,9 +188,7 @@ impl Team<'_> {
                 let next = AtomicUsize::new(0);
                 pool.broadcast(|worker| {
                     let threads = worker.num_threads();
-                    while let Some(range) =
-                        claim(&next, len, |left| chunk.get().max(left / threads))
-                    {
+                    while let Some(range) = claim(&next, len, |left| chunk.get().max(left / threads)) {
                         body(range);
                     }
                 });
@@ -280,10 +261,7 @@ impl<'a, T> Rows<'a, T> {
 
     /// `width` elements a row, at least one.
     pub fn of_width(slice: &'a mut [T], width: usize) -> Self {
-        Rows {
-            slice,
-            width: width.max(1),
-        }
+        Rows { slice, width: width.max(1) }
     }
 }
 
@@ -318,11 +296,7 @@ unsafe impl<'a, T: Send> Columns for Rows<'a, T> {
     }
 
     fn into_raw(self) -> RawRows<T> {
-        RawRows {
-            start: self.slice.as_mut_ptr(),
-            len: self.slice.len(),
-            width: self.width,
-        }
+        RawRows { start: self.slice.as_mut_ptr(), len: self.slice.len(), width: self.width }
     }
 
     unsafe fn part(raw: RawRows<T>, range: Range<usize>) -> &'a mut [T] {
@@ -394,18 +368,10 @@ mod tests {
     use super::*;
 
     fn schedules() -> Vec<Schedule> {
-        [
-            "static",
-            "dynamic:1",
-            "dynamic:64",
-            "guided:1",
-            "guided:7",
-            "rayon:1",
-            "rayon:1000",
-        ]
-        .iter()
-        .map(|name| name.parse().unwrap())
-        .collect()
+        ["static", "dynamic:1", "dynamic:64", "guided:1", "guided:7", "rayon:1", "rayon:1000"]
+            .iter()
+            .map(|name| name.parse().unwrap())
+            .collect()
     }
 
     #[test]
@@ -420,9 +386,7 @@ mod tests {
                         |range, part| {
                             for (k, i) in range.enumerate() {
                                 part.0[k] += i + 1;
-                                part.1[3 * k..3 * k + 3]
-                                    .iter_mut()
-                                    .for_each(|t| *t += i + 1);
+                                part.1[3 * k..3 * k + 3].iter_mut().for_each(|t| *t += i + 1);
                             }
                         },
                     );
@@ -465,10 +429,7 @@ mod tests {
             "rayon:1073741825",
         ] {
             let error = wrong.parse::<Schedule>().unwrap_err().to_string();
-            assert!(
-                error.contains(wrong) && error.contains("dynamic:<chunk>"),
-                "{error}"
-            );
+            assert!(error.contains(wrong) && error.contains("dynamic:<chunk>"), "{error}");
         }
     }
 

@@ -38,10 +38,7 @@ pub fn median_interval(samples: &[f64]) -> Option<Interval> {
         rank += 1;
     }
     let k = rank.checked_sub(1)?;
-    Some(Interval {
-        low: sorted[k],
-        high: sorted[n - 1 - k],
-    })
+    Some(Interval { low: sorted[k], high: sorted[n - 1 - k] })
 }
 
 fn ascending(samples: &[f64]) -> Vec<f64> {
@@ -64,24 +61,13 @@ impl Estimate {
     /// `None` without samples.
     pub fn of(samples: &[f64]) -> Option<Estimate> {
         let median = median(samples)?;
-        Some(Estimate {
-            median,
-            interval: median_interval(samples),
-            samples: samples.len(),
-        })
+        Some(Estimate { median, interval: median_interval(samples), samples: samples.len() })
     }
 
     /// The same in another unit.
     pub fn scaled(self, factor: f64) -> Estimate {
-        let interval = self.interval.map(|i| Interval {
-            low: i.low * factor,
-            high: i.high * factor,
-        });
-        Estimate {
-            median: self.median * factor,
-            interval,
-            ..self
-        }
+        let interval = self.interval.map(|i| Interval { low: i.low * factor, high: i.high * factor });
+        Estimate { median: self.median * factor, interval, ..self }
     }
 }
 
@@ -100,24 +86,10 @@ mod tests {
     /// may leave one out on each side, 12 to 14 two, 25 seven.
     #[test]
     fn intervals_take_the_tabulated_ranks() {
-        for (n, rank) in [
-            (6, 1),
-            (8, 1),
-            (9, 2),
-            (11, 2),
-            (12, 3),
-            (14, 3),
-            (15, 4),
-            (20, 6),
-            (25, 8),
-        ] {
+        for (n, rank) in [(6, 1), (8, 1), (9, 2), (11, 2), (12, 3), (14, 3), (15, 4), (20, 6), (25, 8)] {
             let samples: Vec<f64> = (1..=n).map(f64::from).collect();
             let interval = median_interval(&samples).unwrap();
-            assert_eq!(
-                (interval.low, interval.high),
-                (f64::from(rank), f64::from(n + 1 - rank)),
-                "{n}"
-            );
+            assert_eq!((interval.low, interval.high), (f64::from(rank), f64::from(n + 1 - rank)), "{n}");
         }
         for n in 0..6 {
             assert_eq!(median_interval(&vec![1.0; n]), None);

@@ -59,12 +59,7 @@ impl EngineOptions {
     pub fn resolve(&self) -> Result<Options, InputError> {
         if !(1..=MAX_THREADS).contains(&self.threads) {
             let allowed = format!("allowed are 1 to {MAX_THREADS}");
-            return Err(InputError::new(
-                "command line",
-                "--threads",
-                self.threads,
-                allowed,
-            ));
+            return Err(InputError::new("command line", "--threads", self.threads, allowed));
         }
         let mut options = self.preset.options();
         options.schedule = self.schedule.unwrap_or(options.schedule);

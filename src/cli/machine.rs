@@ -24,11 +24,7 @@ impl MachineVerb {
         }
         writeln!(out, "{} ({})", machine.alias, machine.machine_id)?;
         for fact in &machine.facts {
-            writeln!(
-                out,
-                "{:<8} {:<28} {} {}",
-                fact.group, fact.key, fact.value, fact.unit
-            )?;
+            writeln!(out, "{:<8} {:<28} {} {}", fact.group, fact.key, fact.value, fact.unit)?;
         }
         Ok(Exit::Done)
     }

@@ -60,25 +60,14 @@ impl Measure {
         let experiments: Vec<Experiment> = load(experiments)?;
         let machine = Machine::observe(std::path::Path::new("/"), self.alias.as_deref());
         let plan = Plan::new(experiments, mode, Calibration::measure()?)?;
-        let folder = self
-            .output
-            .clone()
-            .unwrap_or_else(|| default_folder(&machine));
-        let existing = if self.fresh {
-            Existing::Fresh
-        } else {
-            Existing::Resume
-        };
+        let folder = self.output.clone().unwrap_or_else(|| default_folder(&machine));
+        let existing = if self.fresh { Existing::Fresh } else { Existing::Resume };
         let command = match mode {
             Mode::Default => format!("repro {verb}"),
             other => format!("repro {verb} --{}", other.name()),
         };
         let mut run = Run::open(&folder, &plan, &machine, &command, existing)?;
-        eprintln!(
-            "{}: {command}, about {:.0} min",
-            folder.display(),
-            (plan.estimate_s() / 60.0).ceil()
-        );
+        eprintln!("{}: {command}, about {:.0} min", folder.display(), (plan.estimate_s() / 60.0).ceil());
         run.complete(&plan)?;
         let written = page::write(&folder)?;
         let mut out = std::io::stdout().lock();
@@ -103,10 +92,7 @@ impl Measure {
 
 /// The named experiments.
 pub fn load(names: &[String]) -> Result<Vec<Experiment>> {
-    Ok(names
-        .iter()
-        .map(|name| library::load(name))
-        .collect::<Result<Vec<_>, _>>()?)
+    Ok(names.iter().map(|name| library::load(name)).collect::<Result<Vec<_>, _>>()?)
 }
 
 /// The names of all embedded experiments.

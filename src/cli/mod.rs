@@ -90,10 +90,7 @@ impl Cli {
 pub fn exit_code(error: &anyhow::Error) -> Exit {
     if error.is::<Interrupted>() {
         Exit::Interrupted
-    } else if error.is::<InputError>()
-        || error.is::<TooManyBuckets>()
-        || error.is::<ThreadsUnavailable>()
-    {
+    } else if error.is::<InputError>() || error.is::<TooManyBuckets>() || error.is::<ThreadsUnavailable>() {
         Exit::Usage
     } else {
         Exit::Incomplete

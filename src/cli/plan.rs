@@ -5,7 +5,7 @@ use clap::Args;
 
 use crate::cli::Exit;
 use crate::cli::measure::{ModeFlags, every_experiment, load};
-use crate::experiment::plan::{Calibration, Plan, not_applicable};
+use crate::experiment::plan::{Calibration, Plan, PlannedRound, PlannedTrial, not_applicable};
 use crate::experiment::record::Stage;
 
 #[derive(Debug, Args)]
@@ -18,11 +18,7 @@ pub struct PlanVerb {
 
 impl PlanVerb {
     pub fn run(self) -> Result<Exit> {
-        let names = if self.experiments.is_empty() {
-            every_experiment()
-        } else {
-            self.experiments
-        };
+        let names = if self.experiments.is_empty() { every_experiment() } else { self.experiments };
         let plan = Plan::new(load(&names)?, self.mode.mode(), Calibration::measure()?)?;
         let mut out = std::io::stdout().lock();
         writeln!(
@@ -30,52 +26,32 @@ impl PlanVerb {
             "{:<16} {:<8} {:>6} {:>6} {:>12} {:>9}",
             "experiment", "stage", "rounds", "cells", "steps/round", "seconds"
         )?;
-        for (k, experiment) in plan.experiments.iter().enumerate() {
+        for k in 0..plan.experiments.len() {
             for stage in [Stage::States, Stage::Whole, Stage::Paired] {
-                let rounds: Vec<_> = plan
-                    .rounds
-                    .iter()
-                    .filter(|r| r.experiment == k && r.stage == stage)
-                    .collect();
-                let Some(first) = rounds.first() else {
-                    continue;
-                };
-                let cells: usize = first.trials.iter().map(|t| t.variants.len()).sum();
-                let steps: usize = first
-                    .trials
-                    .iter()
-                    .flat_map(|t| {
-                        t.windows
-                            .iter()
-                            .map(|w| (w.warmup_steps + w.steps) * t.variants.len())
-                    })
-                    .sum();
-                let seconds: f64 = rounds.iter().map(|r| r.estimate_s()).sum();
-                writeln!(
-                    out,
-                    "{:<16} {:<8} {:>6} {:>6} {:>12} {:>9.0}",
-                    experiment.spec.id,
-                    stage.name(),
-                    rounds.len(),
-                    cells,
-                    steps,
-                    seconds
-                )?;
+                if let Some(line) = line(&plan, k, stage) {
+                    writeln!(out, "{line}")?;
+                }
             }
         }
-        writeln!(
-            out,
-            "about {:.1} minutes in all, from a few steps just timed",
-            plan.estimate_s() / 60.0
-        )?;
+        writeln!(out, "about {:.1} minutes in all, from a few steps just timed", plan.estimate_s() / 60.0)?;
         for (experiment, threads) in not_applicable(&plan) {
             if !threads.is_empty() {
-                writeln!(
-                    out,
-                    "{experiment}: not applicable here, too few cores: {threads:?} threads"
-                )?;
+                writeln!(out, "{experiment}: not applicable here, too few hardware threads for {threads:?}")?;
             }
         }
         Ok(Exit::Done)
     }
+}
+
+/// What one stage of an experiment comes to; `None` where the plan has none.
+fn line(plan: &Plan, experiment: usize, stage: Stage) -> Option<String> {
+    let of_stage = |round: &&PlannedRound| round.experiment == experiment && round.stage == stage;
+    let rounds: Vec<&PlannedRound> = plan.rounds.iter().filter(of_stage).collect();
+    let trials = &rounds.first()?.trials;
+    let cells: usize = trials.iter().map(|trial| trial.variants.len()).sum();
+    let steps: usize = trials.iter().map(PlannedTrial::steps).sum();
+    let seconds: f64 = rounds.iter().map(|round| round.estimate_s()).sum();
+    let id = &plan.experiments[experiment].spec.id;
+    let (stage, rounds) = (stage.name(), rounds.len());
+    Some(format!("{id:<16} {stage:<8} {rounds:>6} {cells:>6} {steps:>12} {seconds:>9.0}"))
 }

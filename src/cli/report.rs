@@ -20,10 +20,6 @@ impl Report {
         for file in &written.files {
             writeln!(out, "{}", self.run.join(file).display())?;
         }
-        Ok(if written.ok_trials == 0 {
-            Exit::NothingMeasured
-        } else {
-            Exit::Done
-        })
+        Ok(if written.ok_trials == 0 { Exit::NothingMeasured } else { Exit::Done })
     }
 }

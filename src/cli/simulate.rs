@@ -64,23 +64,13 @@ impl Simulate {
         scene.require_memory(&self.scene, 1, memory::available_bytes())?;
         let options = self.engine.resolve()?;
         if let Some(0) = self.every {
-            return Err(InputError::new(
-                "command line",
-                "--every",
-                0,
-                "allowed are numbers from 1 up",
-            )
-            .into());
+            return Err(InputError::new("command line", "--every", 0, "allowed are numbers from 1 up").into());
         }
         self.prepare_outputs()?;
         let particles = scene.particles(&self.scene)?;
         let workers = self.engine.workers(options.schedule)?;
-        let start = Start {
-            particles: &particles,
-            steps_done: 0,
-        };
-        let mut simulation =
-            simulation::build(&scene.parameters(&particles), &options, start, workers)?;
+        let start = Start { particles: &particles, steps_done: 0 };
+        let mut simulation = simulation::build(&scene.parameters(&particles), &options, start, workers)?;
         let mut clock = PhaseClock::default();
         let (last, wall_s) = self.advance(&scene, &mut *simulation, &mut clock)?;
         self.write_timings(&clock, last.step as u64, wall_s)?;
@@ -93,10 +83,7 @@ impl Simulate {
             prepare_folder(folder)?;
         }
         if let Some(file) = &self.timings {
-            let parent = file
-                .parent()
-                .filter(|p| !p.as_os_str().is_empty())
-                .unwrap_or(Path::new("."));
+            let parent = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
             let probe = parent.join(format!("repro-probe.{}.part", std::process::id()));
             let writable = fs::write(&probe, b"").is_ok();
             let _ = fs::remove_file(probe);
@@ -119,11 +106,7 @@ impl Simulate {
         let style = ProgressStyle::with_template("{bar:30} step {pos}/{len}, {eta} left")
             .expect("the template is valid");
         let bar = ProgressBar::new(steps as u64).with_style(style);
-        let mut last = StepReport {
-            step: 0,
-            ghosts: 0,
-            pressure: None,
-        };
+        let mut last = StepReport { step: 0, ghosts: 0, pressure: None };
         let mut wall_s = 0.0;
         for step in 1..=steps {
             interrupt::check()?;
@@ -133,10 +116,7 @@ impl Simulate {
             bar.inc(1);
             let due = step == steps || self.every.is_some_and(|k| step % k == 0);
             if let Some(folder) = self.output.as_ref().filter(|_| due) {
-                snapshot::write(
-                    &folder.join(snapshot::file_name(step)),
-                    simulation.particles(),
-                )?;
+                snapshot::write(&folder.join(snapshot::file_name(step)), simulation.particles())?;
             }
         }
         if let Some(folder) = self.output.as_ref().filter(|_| steps == 0) {
@@ -152,17 +132,9 @@ impl Simulate {
         };
         let mut rows: Vec<Timing> = clock
             .phases()
-            .map(|(phase, time)| Timing {
-                phase: phase.name(),
-                calls: time.calls,
-                time_s: time.time_s,
-            })
+            .map(|(phase, time)| Timing { phase: phase.name(), calls: time.calls, time_s: time.time_s })
             .collect();
-        rows.push(Timing {
-            phase: "total",
-            calls: steps,
-            time_s: wall_s,
-        });
+        rows.push(Timing { phase: "total", calls: steps, time_s: wall_s });
         write_csv(file, &rows)
     }
 
@@ -174,20 +146,12 @@ impl Simulate {
         writeln!(out, "particles {} ({})", particles.len(), counts.join(", "))?;
         writeln!(out, "steps {}", last.step)?;
         writeln!(out, "wall_s {wall_s:.3}")?;
-        writeln!(
-            out,
-            "bytes_per_particle {:.0}",
-            simulation.bytes() as f64 / particles.len() as f64
-        )?;
+        writeln!(out, "bytes_per_particle {:.0}", simulation.bytes() as f64 / particles.len() as f64)?;
         writeln!(out, "front_max_m {:.9}", flow.front_max_m)?;
         writeln!(out, "front_p99_m {:.9}", flow.front_p99_m)?;
         writeln!(out, "top_m {:.9}", flow.top_m)?;
         writeln!(out, "max_speed_m_s {:.6}", flow.max_speed_m_s)?;
-        writeln!(
-            out,
-            "max_pressure_fluid_pa {:.4}",
-            flow.max_pressure_fluid_pa
-        )?;
+        writeln!(out, "max_pressure_fluid_pa {:.4}", flow.max_pressure_fluid_pa)?;
         writeln!(out, "max_pressure_pa {:.4}", flow.max_pressure_pa)?;
         if let Some(pressure) = last.pressure {
             writeln!(out, "surface {}", pressure.surface)?;
@@ -213,11 +177,8 @@ fn prepare_folder(folder: &Path) -> Result<()> {
     }
     fs::create_dir_all(folder).map_err(|error| refused(&format!("cannot be created: {error}")))?;
     let mut former = Vec::new();
-    let ours =
-        |name: &str| name.starts_with("particles-") && name.ends_with(".csv") || is_leftover(name);
-    for entry in
-        fs::read_dir(folder).map_err(|error| refused(&format!("cannot be read: {error}")))?
-    {
+    let ours = |name: &str| name.starts_with("particles-") && name.ends_with(".csv") || is_leftover(name);
+    for entry in fs::read_dir(folder).map_err(|error| refused(&format!("cannot be read: {error}")))? {
         let entry = entry.context("cannot list the output folder")?;
         let name = entry.file_name();
         former.push(entry.path());

@@ -13,15 +13,11 @@ impl Trial {
     pub fn run(self) -> Result<Exit> {
         die_with_parent();
         let mut text = String::new();
-        std::io::stdin()
-            .read_to_string(&mut text)
-            .context("cannot read the trial's description")?;
+        std::io::stdin().read_to_string(&mut text).context("cannot read the trial's description")?;
         let request: TrialRequest =
             serde_json::from_str(&text).context("standard input is no trial's description")?;
         let outcome = trial::run(&request)?;
-        std::io::stdout()
-            .write_all(&serde_json::to_vec(&outcome)?)
-            .context("cannot answer")?;
+        std::io::stdout().write_all(&serde_json::to_vec(&outcome)?).context("cannot answer")?;
         Ok(Exit::Done)
     }
 }

@@ -20,12 +20,7 @@ pub fn digest(particles: &Particles) -> String {
     column(&mut particles.position.iter().flatten().copied());
     column(&mut particles.velocity.iter().flatten().copied());
     column(&mut particles.pressure.iter().copied());
-    hasher
-        .finalize()
-        .iter()
-        .take(16)
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hasher.finalize().iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Where the fluid is and how fast.
@@ -46,15 +41,12 @@ pub struct FlowState {
 impl FlowState {
     /// Zeros where there is no fluid.
     pub fn of(particles: &Particles) -> Self {
-        let fluid: Vec<usize> = (0..particles.len())
-            .filter(|&i| particles.kind[i] == Kind::Fluid)
-            .collect();
+        let fluid: Vec<usize> = (0..particles.len()).filter(|&i| particles.kind[i] == Kind::Fluid).collect();
         let position = |axis: usize| fluid.iter().map(move |&i| particles.position[i][axis]);
         let pressure = |i: usize| particles.pressure.get(i).copied().unwrap_or(0.0);
         let mut x: Vec<f64> = position(0).collect();
         x.sort_by(f64::total_cmp);
-        let largest =
-            |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::max).unwrap_or(0.0);
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.reduce(f64::max).unwrap_or(0.0);
         FlowState {
             fluid: fluid.len(),
             front_max_m: x.last().copied().unwrap_or(0.0),

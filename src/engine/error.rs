@@ -10,22 +10,12 @@ pub enum SimulationError {
         "step {step}, phase {phase}: particles {particle} and {other} are at distance zero, where the weight function \
          has no value; move one of them apart in the scene, or shorten the time step"
     )]
-    Coincident {
-        step: usize,
-        phase: Phase,
-        particle: usize,
-        other: usize,
-    },
+    Coincident { step: usize, phase: Phase, particle: usize, other: usize },
     #[error(
         "step {step}, phase {phase}: the {quantity} of particle {particle} is not finite; shorten the time step \
          (`--set time_step_s=...`) or look at the particle's neighbourhood in the step before"
     )]
-    NotFinite {
-        step: usize,
-        phase: Phase,
-        particle: usize,
-        quantity: &'static str,
-    },
+    NotFinite { step: usize, phase: Phase, particle: usize, quantity: &'static str },
     #[error("step {step}, phase cg: {source}")]
     Solver { step: usize, source: CgError },
 }

@@ -45,11 +45,7 @@ impl Reference {
                 }
             }
         }
-        Reference {
-            number_density: sum_w,
-            lambda_m2: sum_r2_w / sum_w,
-            neighbors,
-        }
+        Reference { number_density: sum_w, lambda_m2: sum_r2_w / sum_w, neighbors }
     }
 }
 
@@ -65,14 +61,8 @@ mod tests {
         let laplacian = Reference::on_lattice(l0, 3.1 * l0);
         let close = |found: f64, stated: f64, digits: f64| (found - stated).abs() <= 0.5 * digits;
         assert!(close(density.number_density, 14.4186, 1e-4), "{density:?}");
-        assert!(
-            close(laplacian.number_density, 54.3212, 1e-4),
-            "{laplacian:?}"
-        );
-        assert!(
-            close(laplacian.lambda_m2, 1.140265e-3, 1e-9),
-            "{laplacian:?}"
-        );
+        assert!(close(laplacian.number_density, 54.3212, 1e-4), "{laplacian:?}");
+        assert!(close(laplacian.lambda_m2, 1.140265e-3, 1e-9), "{laplacian:?}");
         assert!(close(density.lambda_m2 / (l0 * l0), 1.7017, 1e-4));
         assert!(close(laplacian.lambda_m2 / (l0 * l0), 3.2434, 1e-4));
         assert_eq!((density.neighbors, laplacian.neighbors), (32, 122));

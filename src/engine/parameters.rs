@@ -63,9 +63,7 @@ impl Parameters {
 
     /// The largest radius, metres: the side of a bucket, so that the 27 buckets around a particle hold its neighbours.
     pub fn bucket_side_m(&self) -> f64 {
-        self.number_density_radius_m()
-            .max(self.gradient_radius_m())
-            .max(self.laplacian_radius_m())
+        self.number_density_radius_m().max(self.gradient_radius_m()).max(self.laplacian_radius_m())
     }
 
     /// The reference sums `n0` and `lambda` for a radius in metres.

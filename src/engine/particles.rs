@@ -51,12 +51,7 @@ pub struct InitialParticle {
 
 impl InitialParticle {
     pub fn at_rest(kind: Kind, position: Vec3) -> Self {
-        InitialParticle {
-            kind,
-            position,
-            velocity: ZERO,
-            pressure: 0.0,
-        }
+        InitialParticle { kind, position, velocity: ZERO, pressure: 0.0 }
     }
 }
 
@@ -93,14 +88,11 @@ impl Particles {
             Rows::new(&mut particles.position),
             Rows::new(&mut particles.velocity),
         );
-        workers
-            .shared_evenly()
-            .fill(columns, |range, (kind, position, velocity)| {
-                for (k, particle) in initial[range].iter().enumerate() {
-                    (kind[k], position[k], velocity[k]) =
-                        (particle.kind, particle.position, particle.velocity);
-                }
-            });
+        workers.shared_evenly().fill(columns, |range, (kind, position, velocity)| {
+            for (k, particle) in initial[range].iter().enumerate() {
+                (kind[k], position[k], velocity[k]) = (particle.kind, particle.position, particle.velocity);
+            }
+        });
         particles
     }
 
@@ -133,9 +125,6 @@ impl Particles {
                 .map(|c| size_of_val(&c[..]))
                 .iter()
                 .sum::<usize>()
-            + [&self.pressure, &self.number_density]
-                .map(|c| size_of_val(&c[..]))
-                .iter()
-                .sum::<usize>()
+            + [&self.pressure, &self.number_density].map(|c| size_of_val(&c[..])).iter().sum::<usize>()
     }
 }

@@ -79,12 +79,10 @@ impl FromStr for Preset {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Preset::all()
-            .find(|preset| preset.name() == text)
-            .ok_or_else(|| {
-                let names: Vec<&str> = Preset::all().map(Preset::name).collect();
-                format!("`{text}` is no preset: allowed are {}", names.join(", "))
-            })
+        Preset::all().find(|preset| preset.name() == text).ok_or_else(|| {
+            let names: Vec<&str> = Preset::all().map(Preset::name).collect();
+            format!("`{text}` is no preset: allowed are {}", names.join(", "))
+        })
     }
 }
 
@@ -104,9 +102,7 @@ impl FromStr for Test {
         match text {
             "sqrt" => Ok(Test::Sqrt),
             "squared" => Ok(Test::Squared),
-            _ => Err(format!(
-                "`{text}` is no distance test: allowed are `sqrt` or `squared`"
-            )),
+            _ => Err(format!("`{text}` is no distance test: allowed are `sqrt` or `squared`")),
         }
     }
 }

@@ -39,9 +39,7 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
         stages.push(Box::new(Collisions::new(collision, parameters, state)));
     }
     if let Some(pressure) = effects.pressure {
-        stages.push(Box::new(PressureSolve::new(
-            pressure, parameters, options, state,
-        )));
+        stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
         stages.push(Box::new(Corrector { time_step_s }));
     }
     stages
@@ -83,16 +81,8 @@ impl<C: CandidateSearch, T: DistanceTest> Simulation for Composed<C, T> {
         let Composed { state, stages } = self;
         state.step += 1;
         let workers = Arc::clone(&state.workers);
-        workers.install(|| {
-            stages
-                .iter_mut()
-                .try_for_each(|stage| stage.run(state, probe))
-        })?;
-        Ok(StepReport {
-            step: state.step,
-            ghosts: state.ghosts,
-            pressure: state.pressure,
-        })
+        workers.install(|| stages.iter_mut().try_for_each(|stage| stage.run(state, probe)))?;
+        Ok(StepReport { step: state.step, ghosts: state.ghosts, pressure: state.pressure })
     }
 
     fn particles(&self) -> &Particles {

@@ -46,10 +46,7 @@ impl<C: CandidateSearch> State<C> {
         State {
             ghosts: particles.count(Kind::Ghost),
             candidates: C::new(&grid, count),
-            buckets: Buckets {
-                grid,
-                of_particle: workers.column(count, NONE),
-            },
+            buckets: Buckets { grid, of_particle: workers.column(count, NONE) },
             particles,
             workers,
             step: 0,
@@ -76,8 +73,7 @@ impl<C: CandidateSearch> State<C> {
         within(probe, Phase::BucketBuild, || self.sort_into_buckets())?;
         if C::RELOCATES {
             within(probe, Phase::Relocation, || {
-                self.candidates
-                    .relocate(&self.particles.position, self.workers.scheduled());
+                self.candidates.relocate(&self.particles.position, self.workers.scheduled());
             });
         }
         self.fresh = true;
@@ -86,17 +82,10 @@ impl<C: CandidateSearch> State<C> {
 
     fn sort_into_buckets(&mut self) -> Result<(), SimulationError> {
         let Particles { kind, position, .. } = &self.particles;
-        let assigned = self
-            .buckets
-            .assign(kind, position, self.workers.scheduled());
+        let assigned = self.buckets.assign(kind, position, self.workers.scheduled());
         if let Some(particle) = assigned.not_finite {
             let (step, phase) = (self.step, Phase::BucketBuild);
-            return Err(SimulationError::NotFinite {
-                step,
-                phase,
-                particle,
-                quantity: "position",
-            });
+            return Err(SimulationError::NotFinite { step, phase, particle, quantity: "position" });
         }
         if assigned.someone_left {
             self.retire_those_outside();
@@ -107,14 +96,7 @@ impl<C: CandidateSearch> State<C> {
 
     /// Turns particles that are in no bucket into ghosts: out of all sums for good, velocity and pressure zero.
     fn retire_those_outside(&mut self) {
-        let Particles {
-            kind,
-            velocity,
-            acceleration,
-            pressure,
-            number_density,
-            ..
-        } = &mut self.particles;
+        let Particles { kind, velocity, acceleration, pressure, number_density, .. } = &mut self.particles;
         for (i, &bucket) in self.buckets.of_particle.iter().enumerate() {
             if bucket == NONE && kind[i] != Kind::Ghost {
                 self.ghosts += 1;
@@ -146,20 +128,9 @@ impl<C: CandidateSearch> State<C> {
 
     /// The neighbour search beside exclusive access to the accelerations, for a stage that adds forces.
     pub fn forces(&mut self) -> Forces<'_, C> {
-        let Particles {
-            kind,
-            position,
-            velocity,
-            acceleration,
-            pressure,
-            ..
-        } = &mut self.particles;
+        let Particles { kind, position, velocity, acceleration, pressure, .. } = &mut self.particles;
         Forces {
-            near: Neighborhood {
-                candidates: &self.candidates,
-                buckets: &self.buckets,
-                positions: position,
-            },
+            near: Neighborhood { candidates: &self.candidates, buckets: &self.buckets, positions: position },
             kind,
             velocity,
             pressure,
@@ -180,30 +151,17 @@ impl<C: CandidateSearch> State<C> {
             return Ok(());
         };
         let Particles { kind, position, .. } = &self.particles;
-        let twin = (0..position.len()).find(|&j| {
-            j != particle && kind[j] != Kind::Ghost && position[j] == position[particle]
-        });
+        let twin = (0..position.len())
+            .find(|&j| j != particle && kind[j] != Kind::Ghost && position[j] == position[particle]);
         Err(match twin {
-            Some(other) => SimulationError::Coincident {
-                step: self.step,
-                phase,
-                particle,
-                other,
-            },
-            None => SimulationError::NotFinite {
-                step: self.step,
-                phase,
-                particle,
-                quantity,
-            },
+            Some(other) => SimulationError::Coincident { step: self.step, phase, particle, other },
+            None => SimulationError::NotFinite { step: self.step, phase, particle, quantity },
         })
     }
 
     /// Bytes of the particles' columns, the buckets and the search.
     pub fn bytes(&self) -> usize {
-        self.particles.bytes()
-            + size_of_val(&self.buckets.of_particle[..])
-            + self.candidates.bytes()
+        self.particles.bytes() + size_of_val(&self.buckets.of_particle[..]) + self.candidates.bytes()
     }
 }
 

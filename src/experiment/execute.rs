@@ -13,9 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::experiment::interrupt;
 use crate::experiment::machine::without_paths;
 use crate::experiment::plan::{Plan, PlannedExperiment, PlannedRound, PlannedTrial};
-use crate::experiment::record::{
-    Outcome, RoundRecord, SCHEMA, Stage, StateDigest, Status, TrialRecord,
-};
+use crate::experiment::record::{Outcome, RoundRecord, SCHEMA, Stage, StateDigest, Status, TrialRecord};
 use crate::experiment::run::now_utc;
 use crate::experiment::trial::TrialRequest;
 
@@ -66,10 +64,7 @@ fn states_are_there(round: &PlannedRound, experiment: &PlannedExperiment, folder
     let saves = round.trials.iter().any(|trial| trial.saves_states);
     let states = experiment.states_folder(folder);
     let file = |step: usize| states.join(crate::scene::snapshot::file_name(step));
-    !saves
-        || state_steps(experiment)
-            .iter()
-            .all(|&step| file(step).is_file())
+    !saves || state_steps(experiment).iter().all(|&step| file(step).is_file())
 }
 
 /// Without the states that one trial leaves, no later trial can start: its failure ends the run before it is recorded,
@@ -87,27 +82,13 @@ fn require_states(round: &PlannedRound, record: &RoundRecord) -> Result<()> {
 
 /// The steps whose states windows start from.
 fn state_steps(experiment: &PlannedExperiment) -> Vec<usize> {
-    experiment
-        .windows
-        .iter()
-        .map(|w| w.start_step)
-        .filter(|&step| step > 0)
-        .collect()
+    experiment.windows.iter().map(|w| w.start_step).filter(|&step| step > 0).collect()
 }
 
 /// Takes the digests of whole runs as known for everything that follows.
-fn remember(
-    record: &RoundRecord,
-    experiment: &PlannedExperiment,
-    folder: &Path,
-    known: &mut Known,
-) {
+fn remember(record: &RoundRecord, experiment: &PlannedExperiment, folder: &Path, known: &mut Known) {
     let digests = known.entry(experiment.states_folder(folder)).or_default();
-    let passed = record
-        .trials
-        .iter()
-        .filter_map(|trial| trial.outcome.as_ref())
-        .flat_map(|o| &o.passed);
+    let passed = record.trials.iter().filter_map(|trial| trial.outcome.as_ref()).flat_map(|o| &o.passed);
     for StateDigest { step, digest } in passed {
         digests.entry(*step).or_insert_with(|| digest.clone());
     }
@@ -130,10 +111,7 @@ fn run_round(
     for (position, trial) in round.trials.iter().enumerate() {
         interrupt::check()?;
         let (id, stage, number) = (&experiment.spec.id, round.stage.name(), round.round + 1);
-        progress.set_message(format!(
-            "{id}: {stage} round {number}, {} thread(s)",
-            trial.threads
-        ));
+        progress.set_message(format!("{id}: {stage} round {number}, {} thread(s)", trial.threads));
         let request = request(trial, round.stage, experiment, folder, known);
         std::fs::create_dir_all(&request.states)
             .with_context(|| format!("cannot create {}", request.states.display()))?;
@@ -178,19 +156,13 @@ fn request(
     let states = experiment.states_folder(folder);
     let mut digests = experiment.known_digests();
     if let Some(found) = known.get(&states) {
-        digests.extend(found.iter().map(|(&step, digest)| StateDigest {
-            step,
-            digest: digest.clone(),
-        }));
+        digests.extend(found.iter().map(|(&step, digest)| StateDigest { step, digest: digest.clone() }));
     }
     let mut name_at: Vec<usize> = match stage {
         Stage::Paired => Vec::new(),
-        Stage::Whole | Stage::States => experiment
-            .windows
-            .iter()
-            .map(|w| w.end_step())
-            .chain([experiment.scene.steps()])
-            .collect(),
+        Stage::Whole | Stage::States => {
+            experiment.windows.iter().map(|w| w.end_step()).chain([experiment.scene.steps()]).collect()
+        }
     };
     name_at.sort_unstable();
     name_at.dedup();
@@ -202,11 +174,7 @@ fn request(
         pin: experiment.spec.fixed.pin.clone(),
         windows: trial.windows.clone(),
         states,
-        save_at: if trial.saves_states {
-            state_steps(experiment)
-        } else {
-            Vec::new()
-        },
+        save_at: if trial.saves_states { state_steps(experiment) } else { Vec::new() },
         name_at,
         known: digests,
         seed: trial.seed,
@@ -240,14 +208,11 @@ fn run_child(request: &TrialRequest, limit: Duration, tick: impl Fn(Duration)) -
         .spawn()
         .context("cannot start a trial's process")?;
     let mut child = Reaped(child);
-    let (mut input, mut output, mut errors) = match (
-        child.0.stdin.take(),
-        child.0.stdout.take(),
-        child.0.stderr.take(),
-    ) {
-        (Some(input), Some(output), Some(errors)) => (input, output, errors),
-        _ => anyhow::bail!("a trial's process has no pipes"),
-    };
+    let (mut input, mut output, mut errors) =
+        match (child.0.stdin.take(), child.0.stdout.take(), child.0.stderr.take()) {
+            (Some(input), Some(output), Some(errors)) => (input, output, errors),
+            _ => anyhow::bail!("a trial's process has no pipes"),
+        };
     let text = serde_json::to_vec(request)?;
     // A child that died before it read its request shows in its exit status.
     let _ = input.write_all(&text);
@@ -274,31 +239,22 @@ fn run_child(request: &TrialRequest, limit: Duration, tick: impl Fn(Duration)) -
         }
     };
     let _ = reader.join();
-    let status = child
-        .0
-        .wait()
-        .context("cannot wait for a trial's process")?;
+    let status = child.0.wait().context("cannot wait for a trial's process")?;
     interrupt::check()?;
     if !status.success() || !read {
         return Ok(Ending::Failed(format!("{} ({status})", reason(&complaint))));
     }
     match serde_json::from_slice(&answer) {
         Ok(outcome) => Ok(Ending::Outcome(Box::new(outcome))),
-        Err(error) => Ok(Ending::Failed(format!(
-            "its answer cannot be read: {error}"
-        ))),
+        Err(error) => Ok(Ending::Failed(format!("its answer cannot be read: {error}"))),
     }
 }
 
 /// What a child that failed said about it: its own error, or else the message of its panic, without paths.
 fn reason(complaint: &str) -> String {
     let mut lines = complaint.lines();
-    let own = complaint
-        .lines()
-        .find_map(|line| line.strip_prefix("repro: "));
-    let panic = lines
-        .find(|line| line.contains("panicked at"))
-        .and_then(|_| lines.next());
+    let own = complaint.lines().find_map(|line| line.strip_prefix("repro: "));
+    let panic = lines.find(|line| line.contains("panicked at")).and_then(|_| lines.next());
     without_paths(own.or(panic).unwrap_or("no reason given").trim())
 }
 
@@ -308,16 +264,10 @@ mod tests {
 
     #[test]
     fn reasons_are_what_went_wrong_and_nothing_else() {
-        let panic =
-            "\nthread 'main' panicked at src/a.rs:1:2:\nindex out of bounds\nnote: run with ...\n";
+        let panic = "\nthread 'main' panicked at src/a.rs:1:2:\nindex out of bounds\nnote: run with ...\n";
         assert_eq!(reason(panic), "index out of bounds");
-        assert_eq!(
-            reason("warning: x\nrepro: step 3, phase cg: no\n"),
-            "step 3, phase cg: no"
-        );
-        assert!(
-            !reason("repro: cannot read /home/someone/states/particles.csv").contains("someone")
-        );
+        assert_eq!(reason("warning: x\nrepro: step 3, phase cg: no\n"), "step 3, phase cg: no");
+        assert!(!reason("repro: cannot read /home/someone/states/particles.csv").contains("someone"));
         assert_eq!(reason(""), "no reason given");
     }
 }

@@ -17,9 +17,5 @@ pub fn listen() {
 
 /// An error once the user has asked to stop.
 pub fn check() -> Result<(), Interrupted> {
-    if INTERRUPTED.load(Ordering::Relaxed) {
-        Err(Interrupted)
-    } else {
-        Ok(())
-    }
+    if INTERRUPTED.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) }
 }

@@ -24,8 +24,7 @@ pub fn load(name_or_path: &str) -> Result<Experiment, InputError> {
         let experiment = Experiment::parse(&text, name_or_path)?;
         let taken = names().any(|name| name == experiment.id);
         let same = taken && load(&experiment.id)? == experiment;
-        let allowed =
-            "an experiment of the program has that id and another content: choose another id";
+        let allowed = "an experiment of the program has that id and another content: choose another id";
         Check { file: name_or_path }.require(
             !taken || same,
             "id",
@@ -37,16 +36,8 @@ pub fn load(name_or_path: &str) -> Result<Experiment, InputError> {
     let found = EXPERIMENTS.iter().find(|(name, _)| *name == name_or_path);
     let (name, text) = found.ok_or_else(|| {
         let known: Vec<&str> = names().collect();
-        let allowed = format!(
-            "allowed are the path of an experiment file or one of: {}",
-            known.join(", ")
-        );
-        InputError::new(
-            "command line",
-            "EXPERIMENT",
-            format!("`{name_or_path}`"),
-            allowed,
-        )
+        let allowed = format!("allowed are the path of an experiment file or one of: {}", known.join(", "));
+        InputError::new("command line", "EXPERIMENT", format!("`{name_or_path}`"), allowed)
     })?;
     Experiment::parse(text, &format!("experiments/{name}.toml"))
 }

@@ -5,7 +5,5 @@ pub fn available_bytes() -> u64 {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let machine = system.available_memory();
-    system
-        .cgroup_limits()
-        .map_or(machine, |limits| limits.free_memory.min(machine))
+    system.cgroup_limits().map_or(machine, |limits| limits.free_memory.min(machine))
 }

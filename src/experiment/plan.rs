@@ -78,12 +78,8 @@ impl Calibration {
         let particles = scene.particles("dam-break")?;
         let options = Preset::PAPER_LINKED_LIST.options();
         let workers = Arc::new(Workers::new(1, options.schedule, &[])?);
-        let start = Start {
-            particles: &particles,
-            steps_done: 0,
-        };
-        let mut simulation =
-            simulation::build(&scene.parameters(&particles), &options, start, workers)?;
+        let start = Start { particles: &particles, steps_done: 0 };
+        let mut simulation = simulation::build(&scene.parameters(&particles), &options, start, workers)?;
         simulation.step(&mut NoProbe)?;
         let began = Instant::now();
         let steps = 4;
@@ -91,19 +87,11 @@ impl Calibration {
             simulation.step(&mut NoProbe)?;
         }
         let per_step = began.elapsed().as_secs_f64() / f64::from(steps);
-        Ok(Calibration {
-            s_per_particle_step: 1.25 * per_step / particles.len() as f64,
-        })
+        Ok(Calibration { s_per_particle_step: 1.25 * per_step / particles.len() as f64 })
     }
 
     /// Steps cost what was measured; each process and window pays a little to start.
-    fn estimate_s(
-        self,
-        particles: usize,
-        threads: usize,
-        variants: usize,
-        windows: &[Window],
-    ) -> f64 {
+    fn estimate_s(self, particles: usize, threads: usize, variants: usize, windows: &[Window]) -> f64 {
         let steps: usize = windows.iter().map(|w| w.warmup_steps + w.steps).sum();
         let speed_up = 0.3 + 0.7 * threads as f64;
         let stepping = (steps * variants * particles) as f64 * self.s_per_particle_step / speed_up;
@@ -126,26 +114,24 @@ impl Plan {
         let mut states: Vec<StatesKey> = Vec::new();
         for (k, experiment) in experiments.iter().enumerate() {
             let key = experiment.states_key();
-            let left = if states.contains(&key) {
-                States::LeftByAnother
-            } else {
-                States::MustBeLeft
-            };
+            let left = if states.contains(&key) { States::LeftByAnother } else { States::MustBeLeft };
             states.push(key);
             rounds.extend(experiment.rounds(k, mode, calibration, left));
         }
-        Ok(Plan {
-            mode,
-            experiments,
-            rounds,
-            usable_threads,
-            usable_cores,
-        })
+        Ok(Plan { mode, experiments, rounds, usable_threads, usable_cores })
     }
 
     /// Seconds that all rounds will take.
     pub fn estimate_s(&self) -> f64 {
         self.rounds.iter().map(PlannedRound::estimate_s).sum()
+    }
+}
+
+impl PlannedTrial {
+    /// Steps of all variants together, those to warm up included.
+    pub fn steps(&self) -> usize {
+        let steps: usize = self.windows.iter().map(|w| w.warmup_steps + w.steps).sum();
+        steps * self.variants.len()
     }
 }
 
@@ -162,28 +148,14 @@ impl PlannedExperiment {
     fn new(spec: Experiment, mode: Mode, usable_threads: usize) -> Result<Self, InputError> {
         let sets = spec.measurement(mode).scene_sets();
         let scene = library::load(&spec.scene, &sets)?;
-        scene.require_memory(
-            &spec.scene,
-            spec.variants().len(),
-            memory::available_bytes(),
-        )?;
+        scene.require_memory(&spec.scene, spec.variants().len(), memory::available_bytes())?;
         let particles = scene.particles(&spec.scene)?.len();
-        let threads = spec
-            .factors
-            .threads
-            .iter()
-            .copied()
-            .filter(|&t| t <= usable_threads)
-            .collect();
+        let threads = spec.factors.threads.iter().copied().filter(|&t| t <= usable_threads).collect();
         let windows = match &spec.measurement(mode).paired {
             Some(paired) => {
-                let (asked, there) = (
-                    paired.windows * (paired.warmup_steps + paired.steps),
-                    scene.steps(),
-                );
+                let (asked, there) = (paired.windows * (paired.warmup_steps + paired.steps), scene.steps());
                 let key = format!("mode.{}.paired.windows", mode.name());
-                let allowed =
-                    format!("windows, warm-up included, may cover the scene's {there} steps once");
+                let allowed = format!("windows, warm-up included, may cover the scene's {there} steps once");
                 Check { file: &spec.id }.require(
                     asked <= there,
                     &key,
@@ -194,32 +166,18 @@ impl PlannedExperiment {
             }
             None => Vec::new(),
         };
-        Ok(PlannedExperiment {
-            spec,
-            scene,
-            sets,
-            particles,
-            threads,
-            windows,
-        })
+        Ok(PlannedExperiment { spec, scene, sets, particles, threads, windows })
     }
 
     fn states_key(&self) -> StatesKey {
         let tolerance = format!("cg_tolerance={}", self.spec.fixed.cg_tolerance);
-        (
-            self.spec.scene.clone(),
-            self.sets.clone(),
-            tolerance,
-            self.windows.clone(),
-        )
+        (self.spec.scene.clone(), self.sets.clone(), tolerance, self.windows.clone())
     }
 
     /// The folder of the run that holds the states of this experiment's scene.
     pub fn states_folder(&self, run: &Path) -> PathBuf {
         let name = |text: &str| -> String {
-            text.chars()
-                .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
-                .collect()
+            text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
         };
         let parts: Vec<String> = std::iter::once(&self.scene.name)
             .chain(&self.sets)
@@ -239,11 +197,7 @@ impl PlannedExperiment {
         states: States,
     ) -> Vec<PlannedRound> {
         let measurement = self.spec.measurement(mode);
-        let planner = RoundPlanner {
-            experiment: self,
-            index,
-            calibration,
-        };
+        let planner = RoundPlanner { experiment: self, index, calibration };
         let mut rounds = Vec::new();
         if let Some(whole) = &measurement.whole {
             rounds.extend((0..whole.rounds).map(|round| planner.whole(whole, round)));
@@ -275,19 +229,13 @@ impl PlannedExperiment {
             self.spec.scene == known.scene
                 && self.scene.particle_distance_m == known.particle_distance_m
                 && self.spec.fixed.cg_tolerance == known.cg_tolerance
-                && self
-                    .sets
-                    .iter()
-                    .all(|set| set.starts_with("particle_distance_m="))
+                && self.sets.iter().all(|set| set.starts_with("particle_distance_m="))
         };
         embedded
             .state
             .into_iter()
             .filter(same_scene)
-            .map(|known| StateDigest {
-                step: known.step,
-                digest: known.digest,
-            })
+            .map(|known| StateDigest { step: known.step, digest: known.digest })
             .collect()
     }
 }
@@ -323,43 +271,19 @@ struct RoundPlanner<'a> {
 }
 
 impl RoundPlanner<'_> {
-    fn trial(
-        &self,
-        threads: usize,
-        variants: Vec<Variant>,
-        windows: Vec<Window>,
-        seed: u64,
-    ) -> PlannedTrial {
+    fn trial(&self, threads: usize, variants: Vec<Variant>, windows: Vec<Window>, seed: u64) -> PlannedTrial {
         let particles = self.experiment.particles;
-        let estimate_s = self
-            .calibration
-            .estimate_s(particles, threads, variants.len(), &windows);
-        PlannedTrial {
-            threads,
-            variants,
-            windows,
-            estimate_s,
-            seed,
-            saves_states: false,
-        }
+        let estimate_s = self.calibration.estimate_s(particles, threads, variants.len(), &windows);
+        PlannedTrial { threads, variants, windows, estimate_s, seed, saves_states: false }
     }
 
     fn round(&self, stage: Stage, round: usize, trials: Vec<PlannedTrial>) -> PlannedRound {
-        PlannedRound {
-            experiment: self.index,
-            stage,
-            round,
-            trials,
-        }
+        PlannedRound { experiment: self.index, stage, round, trials }
     }
 
     /// All steps of the scene.
     fn every_step(&self) -> Vec<Window> {
-        vec![Window {
-            start_step: 0,
-            warmup_steps: 0,
-            steps: self.experiment.scene.steps(),
-        }]
+        vec![Window { start_step: 0, warmup_steps: 0, steps: self.experiment.scene.steps() }]
     }
 
     /// One whole run a variant and thread count.
@@ -387,14 +311,9 @@ impl RoundPlanner<'_> {
     fn paired(&self, round: usize) -> PlannedRound {
         let mut random = self.experiment.random(Stage::Paired, round);
         let (variants, windows) = (self.experiment.spec.variants(), &self.experiment.windows);
-        let trial =
-            |&threads: &usize, seed| self.trial(threads, variants.clone(), windows.clone(), seed);
-        let mut trials: Vec<PlannedTrial> = self
-            .experiment
-            .threads
-            .iter()
-            .map(|threads| trial(threads, random.u64(..)))
-            .collect();
+        let trial = |&threads: &usize, seed| self.trial(threads, variants.clone(), windows.clone(), seed);
+        let mut trials: Vec<PlannedTrial> =
+            self.experiment.threads.iter().map(|threads| trial(threads, random.u64(..))).collect();
         random.shuffle(&mut trials);
         self.round(Stage::Paired, round, trials)
     }
@@ -406,11 +325,7 @@ impl RoundPlanner<'_> {
         variant.distance_test = "squared".to_string();
         variant.storage = "csr".to_string();
         let threads = self.experiment.threads.iter().copied().max().unwrap_or(1);
-        self.round(
-            Stage::States,
-            0,
-            vec![self.trial(threads, vec![variant], self.every_step(), 0)],
-        )
+        self.round(Stage::States, 0, vec![self.trial(threads, vec![variant], self.every_step(), 0)])
     }
 }
 
@@ -423,11 +338,7 @@ fn windows(paired: &Paired, steps: usize) -> Vec<Window> {
             let middle = (k as f64 + 0.5) * part;
             let last_start = steps.saturating_sub(length);
             let start_step = ((middle - 0.5 * length as f64).max(0.0) as usize).min(last_start);
-            Window {
-                start_step,
-                warmup_steps: paired.warmup_steps,
-                steps: paired.steps,
-            }
+            Window { start_step, warmup_steps: paired.warmup_steps, steps: paired.steps }
         })
         .collect()
 }
@@ -439,13 +350,8 @@ pub fn pin_order(pin: &str) -> Result<Vec<usize>> {
         "off" => Ok(Vec::new()),
         "close" => Ok(topology.pin_order_close()),
         "spread" => Ok(topology.pin_order_spread()),
-        _ => Err(InputError::new(
-            "command line",
-            "pin",
-            pin,
-            "allowed are `off`, `close` or `spread`",
-        ))
-        .context("pinning"),
+        _ => Err(InputError::new("command line", "pin", pin, "allowed are `off`, `close` or `spread`"))
+            .context("pinning"),
     }
 }
 
@@ -454,12 +360,7 @@ pub fn not_applicable(plan: &Plan) -> BTreeMap<String, Vec<usize>> {
     plan.experiments
         .iter()
         .map(|e| {
-            let missing = e
-                .spec
-                .factors
-                .threads
-                .iter()
-                .filter(|t| !e.threads.contains(t));
+            let missing = e.spec.factors.threads.iter().filter(|t| !e.threads.contains(t));
             (e.spec.id.clone(), missing.copied().collect())
         })
         .collect()
@@ -471,12 +372,7 @@ mod tests {
 
     #[test]
     fn windows_lie_in_the_middle_of_equal_parts() {
-        let paired = Paired {
-            rounds: 1,
-            windows: 8,
-            warmup_steps: 1,
-            steps: 6,
-        };
+        let paired = Paired { rounds: 1, windows: 8, warmup_steps: 1, steps: 6 };
         let windows = windows(&paired, 667);
         assert_eq!(windows[0].start_step, 38);
         assert_eq!(windows[7].start_step, 621);
@@ -485,9 +381,7 @@ mod tests {
 
     #[test]
     fn a_plan_is_the_same_every_time() {
-        let calibration = Calibration {
-            s_per_particle_step: 1e-6,
-        };
+        let calibration = Calibration { s_per_particle_step: 1e-6 };
         let plan = || {
             let table2 = crate::experiment::library::load("table2").unwrap();
             let figure4 = crate::experiment::library::load("figure4").unwrap();
@@ -495,15 +389,7 @@ mod tests {
         };
         let (one, two) = (plan(), plan());
         assert_eq!(format!("{:?}", one.rounds), format!("{:?}", two.rounds));
-        let savers = one
-            .rounds
-            .iter()
-            .flat_map(|r| &r.trials)
-            .filter(|t| t.saves_states)
-            .count();
-        assert_eq!(
-            savers, 1,
-            "one whole run leaves the states that both experiments start from"
-        );
+        let savers = one.rounds.iter().flat_map(|r| &r.trials).filter(|t| t.saves_states).count();
+        assert_eq!(savers, 1, "one whole run leaves the states that both experiments start from");
     }
 }

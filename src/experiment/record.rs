@@ -36,29 +36,19 @@ impl Variant {
         let wrong = |key: &str, error: String| InputError::new(file, key, "not usable", error);
         let preset: Preset = self.preset.parse().map_err(|e| wrong("preset", e))?;
         let mut options = preset.options();
-        options.distance_test = self
-            .distance_test
-            .parse()
-            .map_err(|e| wrong("distance_test", e))?;
+        options.distance_test = self.distance_test.parse().map_err(|e| wrong("distance_test", e))?;
         options.storage = self.storage.parse().map_err(|e| wrong("storage", e))?;
-        options.schedule =
-            self.schedule
-                .parse()
-                .map_err(|e: crate::base::parallel::UnknownSchedule| {
-                    wrong("schedule", e.to_string())
-                })?;
+        options.schedule = self
+            .schedule
+            .parse()
+            .map_err(|e: crate::base::parallel::UnknownSchedule| wrong("schedule", e.to_string()))?;
         options.cg = CgParams {
             tolerance: checked_tolerance(file, self.cg_tolerance)?,
             mode: match self.cg.as_str() {
                 "serial" => CgMode::Serial,
                 "parallel" => CgMode::Parallel,
                 other => {
-                    return Err(InputError::new(
-                        file,
-                        "cg",
-                        other,
-                        "allowed are `serial` or `parallel`",
-                    ));
+                    return Err(InputError::new(file, "cg", other, "allowed are `serial` or `parallel`"));
                 }
             },
             ..options.cg
@@ -231,9 +221,7 @@ pub struct RoundRecord {
 impl RoundRecord {
     /// Where the round lies in a run folder.
     pub fn path(folder: &Path, experiment: &str, stage: Stage, round: usize) -> PathBuf {
-        folder
-            .join("rounds")
-            .join(format!("{experiment}-{}-{round:03}.json", stage.name()))
+        folder.join("rounds").join(format!("{experiment}-{}-{round:03}.json", stage.name()))
     }
 
     pub fn write(&self, folder: &Path) -> Result<()> {
@@ -246,35 +234,16 @@ impl RoundRecord {
     pub fn read(path: &Path) -> Result<RoundRecord> {
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
-        let record: RoundRecord = serde_json::from_str(&text)
-            .with_context(|| format!("{name} is not a round's record"))?;
+        let record: RoundRecord =
+            serde_json::from_str(&text).with_context(|| format!("{name} is not a round's record"))?;
         let found = record.schema_version;
-        ensure!(
-            found == SCHEMA,
-            "{name}: schema_version is {found}; this program reads {SCHEMA}"
-        );
-        let expected = Self::path(
-            Path::new(""),
-            &record.experiment,
-            record.stage,
-            record.round,
-        );
-        ensure!(
-            path.file_name() == expected.file_name(),
-            "{name} holds another round than its name says"
-        );
-        for trial in record
-            .trials
-            .iter()
-            .filter(|trial| trial.status == Status::Ok)
-        {
-            let outcome = trial
-                .outcome
-                .as_ref()
-                .with_context(|| format!("{name}: an `ok` trial without outcome"))?;
-            outcome
-                .check(trial.variants.len())
-                .with_context(|| format!("{name}"))?;
+        ensure!(found == SCHEMA, "{name}: schema_version is {found}; this program reads {SCHEMA}");
+        let expected = Self::path(Path::new(""), &record.experiment, record.stage, record.round);
+        ensure!(path.file_name() == expected.file_name(), "{name} holds another round than its name says");
+        for trial in record.trials.iter().filter(|trial| trial.status == Status::Ok) {
+            let outcome =
+                trial.outcome.as_ref().with_context(|| format!("{name}: an `ok` trial without outcome"))?;
+            outcome.check(trial.variants.len()).with_context(|| format!("{name}"))?;
         }
         Ok(record)
     }
@@ -283,16 +252,9 @@ impl RoundRecord {
 impl Outcome {
     /// Refuses what no clock can have measured.
     fn check(&self, variants: usize) -> Result<()> {
-        ensure!(
-            self.samples.len() == variants,
-            "samples of {} variants, not {variants}",
-            self.samples.len()
-        );
+        ensure!(self.samples.len() == variants, "samples of {} variants, not {variants}", self.samples.len());
         for window in self.samples.iter().flatten() {
-            ensure!(
-                window.steps.len() == window.window.steps,
-                "a window without all its steps"
-            );
+            ensure!(window.steps.len() == window.window.steps, "a window without all its steps");
             for step in &window.steps {
                 let times = [step.total_s, step.cg_s];
                 let valid = times.iter().all(|t| t.is_finite() && *t >= 0.0) && step.total_s > 0.0;
@@ -300,12 +262,7 @@ impl Outcome {
             }
             for phase in &window.phases {
                 let valid = phase.time_s.is_finite() && phase.time_s >= 0.0;
-                ensure!(
-                    valid,
-                    "phase {}: time {} cannot be",
-                    phase.phase,
-                    phase.time_s
-                );
+                ensure!(valid, "phase {}: time {} cannot be", phase.phase, phase.time_s);
             }
         }
         Ok(())

@@ -65,17 +65,12 @@ pub struct Run {
 /// The present time, ISO 8601, whole seconds, UTC.
 pub fn now_utc() -> String {
     let seconds = jiff::Timestamp::now().as_second();
-    jiff::Timestamp::from_second(seconds)
-        .map(|t| t.to_string())
-        .unwrap_or_default()
+    jiff::Timestamp::from_second(seconds).map(|t| t.to_string()).unwrap_or_default()
 }
 
 /// The folder of a run that was given no other: `results/<UTC time, basic format>-<machine alias>`.
 pub fn default_folder(machine: &Machine) -> PathBuf {
-    let time: String = now_utc()
-        .chars()
-        .filter(|c| c.is_ascii_alphanumeric())
-        .collect();
+    let time: String = now_utc().chars().filter(|c| c.is_ascii_alphanumeric()).collect();
     Path::new("results").join(format!("{time}-{}", machine.alias))
 }
 
@@ -118,11 +113,7 @@ impl Run {
         remove_leftovers(folder);
         let machine = serde_json::to_vec_pretty(machine)?;
         write_whole(&folder.join("machine.json"), &machine).context("cannot write machine.json")?;
-        Ok(Run {
-            folder: folder.to_path_buf(),
-            info,
-            _lock: lock,
-        })
+        Ok(Run { folder: folder.to_path_buf(), info, _lock: lock })
     }
 
     /// Runs what is missing and marks the run as finished. States, which only later rounds needed, are removed.
@@ -139,15 +130,9 @@ impl Run {
 
 impl RunInfo {
     fn new(folder: &Path, plan: &Plan, machine: &Machine, command: &str) -> RunInfo {
-        let fact = |key: &str| {
-            machine
-                .fact(key)
-                .and_then(Reading::value)
-                .unwrap_or("unavailable")
-                .to_string()
-        };
-        let experiments: Vec<Experiment> =
-            plan.experiments.iter().map(|e| e.spec.clone()).collect();
+        let fact =
+            |key: &str| machine.fact(key).and_then(Reading::value).unwrap_or("unavailable").to_string();
+        let experiments: Vec<Experiment> = plan.experiments.iter().map(|e| e.spec.clone()).collect();
         let source_hash = fact("source_hash");
         let identity = format!(
             "{experiments:?} {:?} {source_hash} {} {} {} {:?}",
@@ -155,21 +140,13 @@ impl RunInfo {
             machine.machine_id,
             fact("compiler"),
             fact("rustflags"),
-            plan.experiments
-                .iter()
-                .map(|e| (&e.scene, &e.threads))
-                .collect::<Vec<_>>(),
+            plan.experiments.iter().map(|e| (&e.scene, &e.threads)).collect::<Vec<_>>(),
         );
-        let plan_id: String = Sha256::digest(identity)
-            .iter()
-            .take(8)
-            .map(|byte| format!("{byte:02x}"))
-            .collect();
+        let plan_id: String =
+            Sha256::digest(identity).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
         RunInfo {
             schema_version: SCHEMA,
-            run_id: folder
-                .file_name()
-                .map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
+            run_id: folder.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
             mode: plan.mode,
             command: command.to_string(),
             plan_id,
@@ -187,8 +164,7 @@ impl RunInfo {
 
     pub fn read(folder: &Path) -> Result<RunInfo> {
         let path = folder.join("run.json");
-        let text =
-            fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
         let info: RunInfo = serde_json::from_str(&text)
             .with_context(|| format!("{} is not a run's description", path.display()))?;
         let found = info.schema_version;
@@ -210,12 +186,7 @@ impl RunInfo {
 fn refused(folder: &Path, found: String) -> InputError {
     let allowed = "allowed are a new or empty folder, or an unfinished run of the same command; \
                    `--fresh` starts a run folder anew, `--output` names another";
-    InputError::new(
-        "command line",
-        "--output",
-        format!("`{}`, which {found}", folder.display()),
-        allowed,
-    )
+    InputError::new("command line", "--output", format!("`{}`, which {found}", folder.display()), allowed)
 }
 
 /// A folder with something in it that is no run is nobody's to touch.
@@ -227,9 +198,7 @@ fn refuse_foreign(folder: &Path) -> Result<(), InputError> {
         return Ok(());
     };
     let ours = |name: &str| matches!(name, "run.json" | "rounds" | ".lock") || is_leftover(name);
-    let foreign = entries
-        .flatten()
-        .any(|entry| !ours(&entry.file_name().to_string_lossy()));
+    let foreign = entries.flatten().any(|entry| !ours(&entry.file_name().to_string_lossy()));
     if foreign && !folder.join("run.json").is_file() {
         return Err(refused(folder, "holds files that are no run's".to_string()));
     }
@@ -244,26 +213,17 @@ fn lock(folder: &Path) -> Result<File> {
         Err(TryLockError::WouldBlock) => {
             Err(refused(folder, "another process is working on".to_string()).into())
         }
-        Err(TryLockError::Error(error)) => Err(refused(
-            folder,
-            format!("lies on a file system without locks: {error}"),
-        )
-        .into()),
+        Err(TryLockError::Error(error)) => {
+            Err(refused(folder, format!("lies on a file system without locks: {error}")).into())
+        }
     }
 }
 
 /// Removes what a run leaves in its folder, and nothing else.
 fn clear(folder: &Path) -> Result<()> {
-    for name in [
-        "run.json",
-        "machine.json",
-        "machine.csv",
-        "samples.csv",
-        "steps.csv",
-        "summary.csv",
-    ]
-    .into_iter()
-    .chain(["claims.csv", "report.md", "report.html"])
+    for name in ["run.json", "machine.json", "machine.csv", "samples.csv", "steps.csv", "summary.csv"]
+        .into_iter()
+        .chain(["claims.csv", "report.md", "report.html"])
     {
         let path = folder.join(name);
         if path.is_file() {
@@ -273,8 +233,7 @@ fn clear(folder: &Path) -> Result<()> {
     for name in ["rounds", "states", "tables", "figures"] {
         let path = folder.join(name);
         if path.is_dir() {
-            fs::remove_dir_all(&path)
-                .with_context(|| format!("cannot remove {}", path.display()))?;
+            fs::remove_dir_all(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
     }
     fs::create_dir_all(folder.join("rounds")).context("cannot create the rounds' folder")

@@ -138,31 +138,15 @@ impl Experiment {
         check_list(check, "factors.distance_test", &self.factors.distance_test)?;
         for &threads in &self.factors.threads {
             let allowed = format!("allowed are 1 to {MAX_THREADS}");
-            check.require(
-                (1..=MAX_THREADS).contains(&threads),
-                "factors.threads",
-                threads,
-                allowed,
-            )?;
+            check.require((1..=MAX_THREADS).contains(&threads), "factors.threads", threads, allowed)?;
         }
         let pin = self.fixed.pin.as_str();
         let allowed = "allowed are `off`, `close` or `spread`";
-        check.require(
-            matches!(pin, "off" | "close" | "spread"),
-            "fixed.pin",
-            pin,
-            allowed,
-        )?;
+        check.require(matches!(pin, "off" | "close" | "spread"), "fixed.pin", pin, allowed)?;
         for variant in self.variants() {
             let search = variant.options(file)?.search;
-            let allowed =
-                "its sums run in another order, so its end state differs from the other searches'";
-            check.require(
-                search != Search::BruteForce,
-                "factors.preset",
-                &variant.preset,
-                allowed,
-            )?;
+            let allowed = "its sums run in another order, so its end state differs from the other searches'";
+            check.require(search != Search::BruteForce, "factors.preset", &variant.preset, allowed)?;
         }
         for (mode, measurement) in self.measurements() {
             measurement.check(check, mode, &self.factors)?;
@@ -184,13 +168,7 @@ impl Experiment {
 
     /// The ways to compute a step that the experiment compares.
     pub fn variants(&self) -> Vec<Variant> {
-        let Fixed {
-            storage,
-            schedule,
-            cg,
-            cg_tolerance,
-            ..
-        } = &self.fixed;
+        let Fixed { storage, schedule, cg, cg_tolerance, .. } = &self.fixed;
         let mut variants = Vec::new();
         for distance_test in &self.factors.distance_test {
             for preset in &self.factors.preset {
@@ -214,41 +192,17 @@ impl Measurement {
         let counts = "allowed are 1 to 10000";
         let valid = |count: usize| (1..=10_000).contains(&count);
         if let Some(whole) = &self.whole {
-            check.require(
-                valid(whole.rounds),
-                &key("whole.rounds"),
-                whole.rounds,
-                counts,
-            )?;
+            check.require(valid(whole.rounds), &key("whole.rounds"), whole.rounds, counts)?;
         }
-        if let Some(tests) = self
-            .whole
-            .as_ref()
-            .and_then(|whole| whole.distance_test.as_ref())
-        {
+        if let Some(tests) = self.whole.as_ref().and_then(|whole| whole.distance_test.as_ref()) {
             check_list(check, &key("whole.distance_test"), tests)?;
-            let known = tests
-                .iter()
-                .all(|test| factors.distance_test.contains(test));
-            let allowed = format!(
-                "allowed are those of the factors, {:?}",
-                factors.distance_test
-            );
-            check.require(
-                known,
-                &key("whole.distance_test"),
-                format!("{tests:?}"),
-                allowed,
-            )?;
+            let known = tests.iter().all(|test| factors.distance_test.contains(test));
+            let allowed = format!("allowed are those of the factors, {:?}", factors.distance_test);
+            check.require(known, &key("whole.distance_test"), format!("{tests:?}"), allowed)?;
         }
         if let Some(paired) = &self.paired {
             let warmup = paired.warmup_steps;
-            check.require(
-                warmup <= 10_000,
-                &key("paired.warmup_steps"),
-                warmup,
-                "allowed are 0 to 10000",
-            )?;
+            check.require(warmup <= 10_000, &key("paired.warmup_steps"), warmup, "allowed are 0 to 10000")?;
             for (name, count) in [
                 ("paired.rounds", paired.rounds),
                 ("paired.windows", paired.windows),
@@ -258,12 +212,7 @@ impl Measurement {
             }
         }
         let something = self.whole.is_some() || self.paired.is_some();
-        check.require(
-            something,
-            &key("whole"),
-            "missing",
-            "a mode needs `whole`, `paired` or both",
-        )
+        check.require(something, &key("whole"), "missing", "a mode needs `whole`, `paired` or both")
     }
 
     /// The changes to the scene as `key=value`.
@@ -294,20 +243,7 @@ fn check_list<T: PartialEq + std::fmt::Debug>(
     key: &str,
     list: &[T],
 ) -> Result<(), InputError> {
-    check.require(
-        !list.is_empty(),
-        key,
-        "empty",
-        "at least one value is needed",
-    )?;
-    let twice = list
-        .iter()
-        .enumerate()
-        .any(|(k, value)| list[..k].contains(value));
-    check.require(
-        !twice,
-        key,
-        format!("{list:?}"),
-        "each value may stand there once",
-    )
+    check.require(!list.is_empty(), key, "empty", "at least one value is needed")?;
+    let twice = list.iter().enumerate().any(|(k, value)| list[..k].contains(value));
+    check.require(!twice, key, format!("{list:?}"), "each value may stand there once")
 }

@@ -20,10 +20,7 @@ pub struct PhaseClock {
 
 impl Default for PhaseClock {
     fn default() -> Self {
-        PhaseClock {
-            times: Default::default(),
-            began: Instant::now(),
-        }
+        PhaseClock { times: Default::default(), began: Instant::now() }
     }
 }
 
@@ -35,10 +32,7 @@ impl PhaseClock {
 
     /// The phases that took place, in the order of a step.
     pub fn phases(&self) -> impl Iterator<Item = (Phase, PhaseTime)> + '_ {
-        Phase::ALL
-            .into_iter()
-            .map(|phase| (phase, self.time(phase)))
-            .filter(|(_, time)| time.calls > 0)
+        Phase::ALL.into_iter().map(|phase| (phase, self.time(phase))).filter(|(_, time)| time.calls > 0)
     }
 }
 

@@ -50,12 +50,7 @@ pub struct TrialRequest {
 pub fn run(request: &TrialRequest) -> Result<Outcome> {
     let scene = library::load(&request.scene, &request.sets)?;
     let initial = scene.particles(&request.scene)?;
-    let schedule = request
-        .variants
-        .first()
-        .context("a trial needs a variant")?
-        .options("trial")?
-        .schedule;
+    let schedule = request.variants.first().context("a trial needs a variant")?.options("trial")?.schedule;
     let cpus = pin_order(&request.pin)?;
     let workers = Arc::new(Workers::new(request.threads, schedule, &cpus)?);
     let mut trial = Trial {
@@ -119,34 +114,22 @@ impl Trial<'_> {
             }
             self.pass(window.start_step + step + 1, &*runners[0].simulation)?;
         }
-        self.bytes = runners
-            .iter()
-            .map(|runner| runner.simulation.bytes())
-            .collect();
-        let digests: Vec<String> = runners
-            .iter()
-            .map(|runner| digest(runner.simulation.particles()))
-            .collect();
+        self.bytes = runners.iter().map(|runner| runner.simulation.bytes()).collect();
+        let digests: Vec<String> =
+            runners.iter().map(|runner| digest(runner.simulation.particles())).collect();
         self.compare(window.end_step(), &digests)?;
         let samples = runners.into_iter().zip(digests);
-        Ok(samples
-            .map(|(runner, digest)| runner.into_sample(window, digest))
-            .collect())
+        Ok(samples.map(|(runner, digest)| runner.into_sample(window, digest)).collect())
     }
 
     fn start(&self, window: Window) -> Result<Vec<Runner>> {
         let state = match window.start_step {
             0 => None,
-            step => Some(snapshot::read(
-                &self.request.states.join(snapshot::file_name(step)),
-            )?),
+            step => Some(snapshot::read(&self.request.states.join(snapshot::file_name(step)))?),
         };
         let particles = state.as_deref().unwrap_or(self.initial);
         let parameters = self.scene.parameters(self.initial);
-        let start = Start {
-            particles,
-            steps_done: window.start_step,
-        };
+        let start = Start { particles, steps_done: window.start_step };
         self.request
             .variants
             .iter()
@@ -154,11 +137,7 @@ impl Trial<'_> {
                 let options = variant.options("trial")?;
                 let workers = Arc::clone(self.workers);
                 let simulation = simulation::build(&parameters, &options, start, workers)?;
-                Ok(Runner {
-                    simulation,
-                    clock: PhaseClock::default(),
-                    steps: Vec::new(),
-                })
+                Ok(Runner { simulation, clock: PhaseClock::default(), steps: Vec::new() })
             })
             .collect()
     }
@@ -220,11 +199,6 @@ impl Runner {
                 time_s: time.time_s,
             })
             .collect();
-        WindowSample {
-            window,
-            phases,
-            steps: self.steps,
-            digest,
-        }
+        WindowSample { window, phases, steps: self.steps, digest }
     }
 }

@@ -83,10 +83,7 @@ impl Rule {
         match self {
             Rule::Above { value } => format!("interval above {value}"),
             Rule::Near { value, tolerance } => {
-                format!(
-                    "{value} in the interval, or median within {:.0} %",
-                    100.0 * tolerance
-                )
+                format!("{value} in the interval, or median within {:.0} %", 100.0 * tolerance)
             }
             Rule::Equal { value, tolerance } => {
                 format!("interval within {:.0} % of {value}", 100.0 * tolerance)
@@ -140,8 +137,8 @@ struct Claims {
 
 /// All claims, in the order of the file.
 pub fn load() -> Vec<Claim> {
-    let claims: Claims = toml::from_str(include_str!("../../paper/claims.toml"))
-        .expect("the embedded claims are valid");
+    let claims: Claims =
+        toml::from_str(include_str!("../../paper/claims.toml")).expect("the embedded claims are valid");
     claims.claim
 }
 
@@ -173,18 +170,14 @@ pub fn judge_all(measured: &Measured) -> Vec<Judged> {
 /// The verdict of a rule on an estimate.
 pub fn judge(rule: Rule, estimate: &Estimate) -> Verdict {
     if let Rule::Information {} = rule {
-        return Verdict::NotTestableHere {
-            why: "absolute times belong to a machine".to_string(),
-        };
+        return Verdict::NotTestableHere { why: "absolute times belong to a machine".to_string() };
     }
     let Some(interval) = estimate.interval else {
         let why = format!("{} rounds are too few for an interval", estimate.samples);
         return Verdict::NotResolved { why };
     };
     let (low, high) = (interval.low, interval.high);
-    let straddles = |what: String| Verdict::NotResolved {
-        why: format!("the interval straddles {what}"),
-    };
+    let straddles = |what: String| Verdict::NotResolved { why: format!("the interval straddles {what}") };
     match rule {
         Rule::Above { value } if low > value => Verdict::Holds,
         Rule::Above { value } if high < value => Verdict::Fails,
@@ -233,8 +226,7 @@ impl Estimator {
     /// One value a round.
     fn values(&self, measured: &Measured) -> Vec<f64> {
         let stage = measured.stage_for_tables(&self.experiment);
-        let per_step =
-            |cell: &Cell| measured.per_step(&self.experiment, stage, cell, self.quantity);
+        let per_step = |cell: &Cell| measured.per_step(&self.experiment, stage, cell, self.quantity);
         let of = per_step(&self.of);
         let over = self.over.as_ref().map(per_step).unwrap_or_default();
         match self.kind {
@@ -245,25 +237,19 @@ impl Estimator {
             EstimatorKind::Ratio => by_round(&of, &over, |a, b| a / b),
             EstimatorKind::Gain => by_round(&of, &over, |a, b| 1e3 * (a - b)),
             EstimatorKind::Share => {
-                let total: ByRound =
-                    measured.per_step(&self.experiment, stage, &self.of, Quantity::Total);
+                let total: ByRound = measured.per_step(&self.experiment, stage, &self.of, Quantity::Total);
                 by_round(&of, &total, |part, whole| part / whole)
             }
             EstimatorKind::LateOverEarly => {
                 let by_round = |cell: &Cell| -> ByRound {
                     let windows = measured.windows(&self.experiment, Stage::Paired, cell);
                     let late = |w: &[WindowSample]| late_over_early(w, self.quantity);
-                    windows
-                        .into_iter()
-                        .filter_map(|(round, w)| Some((round, late(w)?)))
-                        .collect()
+                    windows.into_iter().filter_map(|(round, w)| Some((round, late(w)?))).collect()
                 };
                 match &self.over {
-                    Some(over) => crate::report::measured::by_round(
-                        &by_round(&self.of),
-                        &by_round(over),
-                        |a, b| a / b,
-                    ),
+                    Some(over) => {
+                        crate::report::measured::by_round(&by_round(&self.of), &by_round(over), |a, b| a / b)
+                    }
                     None => by_round(&self.of).into_values().collect(),
                 }
             }
@@ -287,11 +273,7 @@ mod tests {
     use crate::base::statistics::Interval;
 
     fn estimate(low: f64, median: f64, high: f64) -> Estimate {
-        Estimate {
-            median,
-            interval: Some(Interval { low, high }),
-            samples: 9,
-        }
+        Estimate { median, interval: Some(Interval { low, high }), samples: 9 }
     }
 
     #[test]
@@ -299,40 +281,21 @@ mod tests {
         let above = Rule::Above { value: 1.0 };
         assert_eq!(judge(above, &estimate(1.1, 1.2, 1.3)), Verdict::Holds);
         assert_eq!(judge(above, &estimate(0.7, 0.8, 0.9)), Verdict::Fails);
-        assert_eq!(
-            judge(above, &estimate(0.9, 1.1, 1.3)).name(),
-            "not resolved"
-        );
-        let near = Rule::Near {
-            value: 1.17,
-            tolerance: 0.05,
-        };
+        assert_eq!(judge(above, &estimate(0.9, 1.1, 1.3)).name(), "not resolved");
+        let near = Rule::Near { value: 1.17, tolerance: 0.05 };
         assert_eq!(judge(near, &estimate(1.10, 1.16, 1.25)), Verdict::Holds);
         assert_eq!(judge(near, &estimate(1.195, 1.20, 1.21)), Verdict::Holds);
         assert_eq!(judge(near, &estimate(1.30, 1.33, 1.36)), Verdict::Fails);
-        assert_eq!(
-            judge(near, &estimate(1.20, 1.30, 1.36)).name(),
-            "not resolved"
-        );
-        let equal = Rule::Equal {
-            value: 1.0,
-            tolerance: 0.02,
-        };
+        assert_eq!(judge(near, &estimate(1.20, 1.30, 1.36)).name(), "not resolved");
+        let equal = Rule::Equal { value: 1.0, tolerance: 0.02 };
         assert_eq!(judge(equal, &estimate(0.99, 1.0, 1.01)), Verdict::Holds);
-        assert_eq!(
-            judge(equal, &estimate(0.97, 1.0, 1.01)).name(),
-            "not resolved"
-        );
+        assert_eq!(judge(equal, &estimate(0.97, 1.0, 1.01)).name(), "not resolved");
         assert_eq!(judge(equal, &estimate(1.05, 1.06, 1.07)), Verdict::Fails);
     }
 
     #[test]
     fn too_few_rounds_are_said_so() {
-        let few = Estimate {
-            median: 2.0,
-            interval: None,
-            samples: 3,
-        };
+        let few = Estimate { median: 2.0, interval: None, samples: 3 };
         let verdict = judge(Rule::Above { value: 1.0 }, &few);
         assert_eq!(verdict.reason(), "3 rounds are too few for an interval");
     }
@@ -342,24 +305,9 @@ mod tests {
         for claim in load() {
             let experiment = crate::experiment::library::load(&claim.estimate.experiment).unwrap();
             for cell in std::iter::once(&claim.estimate.of).chain(&claim.estimate.over) {
-                assert!(
-                    experiment.factors.preset.contains(&cell.preset),
-                    "{}",
-                    claim.id
-                );
-                assert!(
-                    experiment.factors.threads.contains(&cell.threads),
-                    "{}",
-                    claim.id
-                );
-                assert!(
-                    experiment
-                        .factors
-                        .distance_test
-                        .contains(&cell.distance_test),
-                    "{}",
-                    claim.id
-                );
+                assert!(experiment.factors.preset.contains(&cell.preset), "{}", claim.id);
+                assert!(experiment.factors.threads.contains(&cell.threads), "{}", claim.id);
+                assert!(experiment.factors.distance_test.contains(&cell.distance_test), "{}", claim.id);
             }
         }
     }

@@ -2,9 +2,7 @@
 
 use crate::base::statistics::{Estimate, Interval};
 use crate::engine::preset::Preset;
-use crate::report::chart::{
-    Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series, XyPanel,
-};
+use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series, XyPanel};
 use crate::report::figure::{LINKED_LIST, RELOCATED, automatic};
 use crate::report::measured::{ByRound, Cell, Measured, Quantity, estimate, ratio};
 use crate::report::model::{relative_time, serial_share};
@@ -71,10 +69,7 @@ pub fn figure4(measured: &Measured) -> Figure {
 
 /// All thread counts of the experiment, measured or not.
 fn thread_counts(measured: &Measured) -> Vec<usize> {
-    measured
-        .experiment("figure4")
-        .map(|e| e.factors.threads.clone())
-        .unwrap_or_default()
+    measured.experiment("figure4").map(|e| e.factors.threads.clone()).unwrap_or_default()
 }
 
 fn thread_axis(measured: &Measured) -> Axis {
@@ -140,13 +135,7 @@ fn times_panel(measured: &Measured, steps: f64) -> XyPanel {
 
 /// The times that perfect scaling from one thread would give.
 fn ideal(measured: &Measured, one_thread: f64, curve: &Curve, label: &str) -> Series {
-    let time = |t: usize| Point {
-        x: t as f64,
-        y: one_thread / t as f64,
-        low: None,
-        high: None,
-        label: None,
-    };
+    let time = |t: usize| Point { x: t as f64, y: one_thread / t as f64, low: None, high: None, label: None };
     Series {
         label: label.to_string(),
         color: curve.color,
@@ -159,36 +148,17 @@ fn ideal(measured: &Measured, one_thread: f64, curve: &Curve, label: &str) -> Se
 /// Amdahl's law at the thread counts that this machine cannot run.
 fn modelled(measured: &Measured, curve: &Curve, one_thread: f64) -> Option<Series> {
     let there = measured.threads("figure4");
-    let times: Vec<_> = there
-        .iter()
-        .map(|&t| (t, per_step(measured, curve, t)))
-        .collect();
+    let times: Vec<_> = there.iter().map(|&t| (t, per_step(measured, curve, t))).collect();
     let share = serial_share(&times)?;
     let at = |t: usize| {
         let time = |share: f64| one_thread * relative_time(share, t);
-        let interval = share.interval.map(|i| Interval {
-            low: time(i.low),
-            high: time(i.high),
-        });
-        point(
-            t,
-            Estimate {
-                median: time(share.median),
-                interval,
-                samples: share.samples,
-            },
-        )
+        let interval = share.interval.map(|i| Interval { low: time(i.low), high: time(i.high) });
+        point(t, Estimate { median: time(share.median), interval, samples: share.samples })
     };
-    let missing: Vec<Point> = thread_counts(measured)
-        .into_iter()
-        .filter(|t| !there.contains(t))
-        .map(at)
-        .collect();
+    let missing: Vec<Point> =
+        thread_counts(measured).into_iter().filter(|t| !there.contains(t)).map(at).collect();
     (!missing.is_empty()).then(|| Series {
-        label: format!(
-            "{}: Amdahl model, serial share {:.3}",
-            curve.label, share.median
-        ),
+        label: format!("{}: Amdahl model, serial share {:.3}", curve.label, share.median),
         color: curve.color,
         line: Line::None,
         marker: Marker::Cross,
@@ -204,10 +174,7 @@ fn efficiency_panel(measured: &Measured, published: &Published) -> XyPanel {
         })
     };
     let series: Vec<Series> = CURVES.iter().map(efficiency).collect();
-    let tops = series
-        .iter()
-        .flat_map(|s| &s.points)
-        .map(|p| p.high.unwrap_or(p.y));
+    let tops = series.iter().flat_map(|s| &s.points).map(|p| p.high.unwrap_or(p.y));
     let most = 1.05 * tops.fold(0.0, f64::max);
     let threads = published.figure4.threads as f64;
     let mark = |part: &str, speed_up: f64, color: usize| Mark {
@@ -218,17 +185,10 @@ fn efficiency_panel(measured: &Measured, published: &Published) -> XyPanel {
     XyPanel {
         title: "parallel efficiency".to_string(),
         x: thread_axis(measured),
-        y: Axis {
-            range: Some((0.0, most.max(1.15))),
-            ..automatic("speed-up / threads", Scale::Linear)
-        },
+        y: Axis { range: Some((0.0, most.max(1.15))), ..automatic("speed-up / threads", Scale::Linear) },
         series,
         marks: vec![
-            Mark {
-                label: String::new(),
-                at: MarkAt::Y(1.0),
-                color: 0,
-            },
+            Mark { label: String::new(), at: MarkAt::Y(1.0), color: 0 },
             mark("whole run", published.figure4.total_speed_up, 0),
             mark("outside CG", published.figure4.non_cg_speed_up, 7),
         ],

@@ -56,11 +56,7 @@ fn paper_test() -> String {
 
 impl Cell {
     pub fn new(preset: &str, distance_test: &str, threads: usize) -> Cell {
-        Cell {
-            preset: preset.to_string(),
-            distance_test: distance_test.to_string(),
-            threads,
-        }
+        Cell { preset: preset.to_string(), distance_test: distance_test.to_string(), threads }
     }
 }
 
@@ -72,8 +68,7 @@ impl Measured {
     pub fn read(folder: &Path) -> Result<Measured> {
         let info = RunInfo::read(folder)?;
         let path = folder.join("machine.json");
-        let text =
-            fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
         let machine = serde_json::from_str(&text)
             .with_context(|| format!("{} is not a machine's description", path.display()))?;
         let mut paths: Vec<_> = fs::read_dir(folder.join("rounds"))
@@ -83,32 +78,18 @@ impl Measured {
             .filter(|path| path.extension().is_some_and(|e| e == "json"))
             .collect();
         paths.sort();
-        let mut rounds = paths
-            .iter()
-            .map(|path| RoundRecord::read(path))
-            .collect::<Result<Vec<_>>>()?;
+        let mut rounds = paths.iter().map(|path| RoundRecord::read(path)).collect::<Result<Vec<_>>>()?;
         let place = |id: &str| info.experiments.iter().position(|e| e.id == id);
         rounds.sort_by_key(|r| (place(&r.experiment), r.stage, r.round));
-        Ok(Measured {
-            info,
-            machine,
-            rounds,
-        })
+        Ok(Measured { info, machine, rounds })
     }
 
     pub fn experiment(&self, id: &str) -> Option<&Experiment> {
-        self.info
-            .experiments
-            .iter()
-            .find(|experiment| experiment.id == id)
+        self.info.experiments.iter().find(|experiment| experiment.id == id)
     }
 
     /// All trials of an experiment's stage, with their round.
-    pub fn trials(
-        &self,
-        experiment: &str,
-        stage: Stage,
-    ) -> impl Iterator<Item = (usize, &TrialRecord)> {
+    pub fn trials(&self, experiment: &str, stage: Stage) -> impl Iterator<Item = (usize, &TrialRecord)> {
         self.rounds
             .iter()
             .filter(move |round| round.experiment == experiment && round.stage == stage)
@@ -116,19 +97,10 @@ impl Measured {
     }
 
     /// The windows of one cell, by round.
-    pub fn windows(
-        &self,
-        experiment: &str,
-        stage: Stage,
-        cell: &Cell,
-    ) -> BTreeMap<usize, &[WindowSample]> {
+    pub fn windows(&self, experiment: &str, stage: Stage, cell: &Cell) -> BTreeMap<usize, &[WindowSample]> {
         let mut windows = BTreeMap::new();
         for (round, trial) in self.trials(experiment, stage) {
-            let Some(outcome) = trial
-                .outcome
-                .as_ref()
-                .filter(|_| trial.status == Status::Ok)
-            else {
+            let Some(outcome) = trial.outcome.as_ref().filter(|_| trial.status == Status::Ok) else {
                 continue;
             };
             let wanted = trial.variants.iter().position(|variant| {
@@ -142,36 +114,21 @@ impl Measured {
     }
 
     /// Mean seconds a step of one cell, by round.
-    pub fn per_step(
-        &self,
-        experiment: &str,
-        stage: Stage,
-        cell: &Cell,
-        quantity: Quantity,
-    ) -> ByRound {
+    pub fn per_step(&self, experiment: &str, stage: Stage, cell: &Cell, quantity: Quantity) -> ByRound {
         let windows = self.windows(experiment, stage, cell);
-        windows
-            .into_iter()
-            .map(|(round, windows)| (round, seconds_a_step(windows, quantity)))
-            .collect()
+        windows.into_iter().map(|(round, windows)| (round, seconds_a_step(windows, quantity))).collect()
     }
 
     /// Particles of the first trial that succeeded.
     pub fn particles(&self) -> Option<usize> {
         let trials = self.rounds.iter().flat_map(|round| &round.trials);
-        trials
-            .filter_map(|trial| trial.outcome.as_ref())
-            .map(|o| o.particles)
-            .next()
+        trials.filter_map(|trial| trial.outcome.as_ref()).map(|o| o.particles).next()
     }
 
     /// What stands on every page and figure of a quick run.
     pub fn stamp(&self) -> Option<String> {
         let scene = match self.particles() {
-            Some(count) => format!(
-                "{count} particles, the paper has {}",
-                Published::load().particles
-            ),
+            Some(count) => format!("{count} particles, the paper has {}", Published::load().particles),
             None => "nothing measured".to_string(),
         };
         (self.info.mode == Mode::Quick).then(|| format!("quick: not for citation ({scene})"))
@@ -179,13 +136,8 @@ impl Measured {
 
     /// The number of rounds of a stage in which every trial succeeded.
     pub fn succeeded(&self, experiment: &str, stage: Stage) -> usize {
-        let rounds = self
-            .rounds
-            .iter()
-            .filter(|r| r.experiment == experiment && r.stage == stage);
-        rounds
-            .filter(|round| round.trials.iter().all(|trial| trial.status == Status::Ok))
-            .count()
+        let rounds = self.rounds.iter().filter(|r| r.experiment == experiment && r.stage == stage);
+        rounds.filter(|round| round.trials.iter().all(|trial| trial.status == Status::Ok)).count()
     }
 
     /// The stage whose intervals tables use: whole runs where there are enough of them, paired trials otherwise.
@@ -199,14 +151,8 @@ impl Measured {
 
     /// The thread counts of an experiment that were measured.
     pub fn threads(&self, experiment: &str) -> Vec<usize> {
-        let factors = self
-            .experiment(experiment)
-            .map(|e| e.factors.threads.clone())
-            .unwrap_or_default();
-        factors
-            .into_iter()
-            .filter(|&threads| threads <= self.info.usable_threads)
-            .collect()
+        let factors = self.experiment(experiment).map(|e| e.factors.threads.clone()).unwrap_or_default();
+        factors.into_iter().filter(|&threads| threads <= self.info.usable_threads).collect()
     }
 }
 
@@ -229,27 +175,18 @@ fn seconds(window: &WindowSample, quantity: Quantity) -> f64 {
         Quantity::Cg => cg(),
         Quantity::NonCg => total() - cg(),
         Quantity::Walks => phases(Phase::walks_neighbors),
-        Quantity::WalksAndRelocation => {
-            phases(|phase| phase.walks_neighbors() || phase == Phase::Relocation)
-        }
+        Quantity::WalksAndRelocation => phases(|phase| phase.walks_neighbors() || phase == Phase::Relocation),
     }
 }
 
 /// Seconds of one phase in a window; zero where it did not take place.
 pub fn phase_seconds(window: &WindowSample, phase: &str) -> f64 {
-    window
-        .phases
-        .iter()
-        .filter(|sample| sample.phase == phase)
-        .map(|sample| sample.time_s)
-        .sum()
+    window.phases.iter().filter(|sample| sample.phase == phase).map(|sample| sample.time_s).sum()
 }
 
 /// Combines two cells round by round: only rounds that both have count, since only those share their disturbances.
 pub fn by_round(a: &ByRound, b: &ByRound, combine: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-    a.iter()
-        .filter_map(|(round, &a)| b.get(round).map(|&b| combine(a, b)))
-        .collect()
+    a.iter().filter_map(|(round, &a)| b.get(round).map(|&b| combine(a, b))).collect()
 }
 
 /// The estimate of all rounds' values.

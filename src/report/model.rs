@@ -41,9 +41,7 @@ mod tests {
     #[test]
     fn a_fit_gives_the_share_that_made_the_times() {
         let rounds = |threads: usize| -> ByRound {
-            (0..9)
-                .map(|round| (round, (1.0 + round as f64) * relative_time(0.07, threads)))
-                .collect()
+            (0..9).map(|round| (round, (1.0 + round as f64) * relative_time(0.07, threads))).collect()
         };
         let times: Vec<_> = [1, 2, 4, 8].map(|t| (t, rounds(t))).to_vec();
         let share = serial_share(&times).unwrap();

@@ -11,6 +11,7 @@ use crate::base::files::write_whole;
 use crate::base::statistics::Estimate;
 use crate::experiment::machine::Machine;
 use crate::experiment::record::{Stage, Status, StepSample};
+use crate::experiment::run::LAST_FILE;
 use crate::report::chart::{Figure, svg_to_png};
 use crate::report::claim::{Judged, judge_all};
 use crate::report::measured::{Cell, Measured, Quantity, ratio};
@@ -114,10 +115,7 @@ pub fn write(folder: &Path) -> Result<Written> {
     let rows = samples::rows(&measured);
     samples::write(&measured, &rows, folder)?;
     let phases = cell_phases(&samples::frame(&rows)?)?;
-    samples::write_csv(
-        &folder.join("summary.csv"),
-        &summary(&phases, measured.info.mode),
-    )?;
+    samples::write_csv(&folder.join("summary.csv"), &summary(&phases, measured.info.mode))?;
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
     write_claims(&measured, &judged, folder)?;
@@ -127,42 +125,23 @@ pub fn write(folder: &Path) -> Result<Written> {
         .iter()
         .map(|e| section(&measured, &phases, &e.id, folder))
         .collect::<Result<Vec<_>>>()?;
-    let figures: Vec<String> = sections
-        .iter()
-        .flat_map(|s| &s.figures)
-        .map(|f| format!("figures/{}", f.file))
-        .collect();
-    let page = page(&measured, &judged, sections);
-    write_page(&page, folder)?;
-    let mut files: Vec<String> = ["report.html", "report.md", "claims.csv"]
-        .map(String::from)
-        .to_vec();
-    if measured.experiment("table2").is_some() {
-        files.extend(["tables/table2.csv", "tables/table2.md"].map(String::from));
-    }
-    files.extend(
-        figures
-            .iter()
-            .flat_map(|f| [format!("{f}.svg"), format!("{f}.png")]),
-    );
-    files.extend(
-        [
-            "summary.csv",
-            "samples.csv",
-            "steps.csv",
-            "machine.json",
-            "machine.csv",
-        ]
-        .map(String::from),
-    );
+    let files = file_names(&measured, &sections);
+    write_page(&page(&measured, &judged, sections), folder)?;
     let trials = || measured.rounds.iter().flat_map(|round| &round.trials);
     let ok_trials = trials().filter(|trial| trial.status == Status::Ok).count();
-    Ok(Written {
-        files,
-        judged,
-        ok_trials,
-        failed_trials: trials().count() - ok_trials,
-    })
+    Ok(Written { files, judged, ok_trials, failed_trials: trials().count() - ok_trials })
+}
+
+/// All derived files below the run folder, those for people first.
+fn file_names(measured: &Measured, sections: &[Section]) -> Vec<String> {
+    let mut files = vec!["report.html", "report.md", "claims.csv"];
+    if measured.experiment("table2").is_some() {
+        files.extend(["tables/table2.csv", "tables/table2.md"]);
+    }
+    let data = ["summary.csv", "samples.csv", "steps.csv", "machine.json", "machine.csv"];
+    let figures = sections.iter().flat_map(|section| &section.figures);
+    let drawn = figures.flat_map(|f| ["svg", "png"].map(|kind| format!("figures/{}.{kind}", f.file)));
+    files.into_iter().map(String::from).chain(drawn).chain(data.map(String::from)).collect()
 }
 
 fn write_machine(machine: &Machine, folder: &Path) -> Result<()> {
@@ -215,15 +194,10 @@ pub fn claims_view(judged: &[Judged]) -> TableView {
             "" => j.verdict.name().to_string(),
             reason => format!("{}: {reason}", j.verdict.name()),
         };
-        let here = j.estimate.map_or("none".to_string(), |e| {
-            format!("{} {}", show(&e, 3), j.unit)
-        });
+        let here = j.estimate.map_or("none".to_string(), |e| format!("{} {}", show(&e, 3), j.unit));
         view.rows.push(vec![
             j.claim.id.clone(),
-            format!(
-                "{} ({}; {})",
-                j.claim.statement, j.judgement.name, j.claim.source
-            ),
+            format!("{} ({}; {})", j.claim.statement, j.judgement.name, j.claim.source),
             j.claim.quote.clone(),
             here,
             j.judgement.rule.in_words(),
@@ -234,9 +208,7 @@ pub fn claims_view(judged: &[Judged]) -> TableView {
 }
 
 fn section(measured: &Measured, phases: &[CellPhase], id: &str, folder: &Path) -> Result<Section> {
-    let experiment = measured
-        .experiment(id)
-        .context("an experiment of the run is missing")?;
+    let experiment = measured.experiment(id).context("an experiment of the run is missing")?;
     let (mut figures, mut tables) = (Vec::new(), Vec::new());
     match id {
         "table2" => {
@@ -266,9 +238,7 @@ fn section(measured: &Measured, phases: &[CellPhase], id: &str, folder: &Path) -
 }
 
 fn draw(name: &str, figure: &Figure, folder: &Path) -> Result<FigureView> {
-    let svg = figure
-        .to_svg()
-        .with_context(|| format!("cannot draw {name}"))?;
+    let svg = figure.to_svg().with_context(|| format!("cannot draw {name}"))?;
     let path = |extension: &str| folder.join("figures").join(format!("{name}.{extension}"));
     write_whole(&path("svg"), svg.as_bytes())?;
     write_whole(&path("png"), &svg_to_png(&svg, PNG_WIDTH)?)?;
@@ -306,10 +276,8 @@ const AGREEMENT: f64 = 0.05;
 
 /// Whether whole runs, trials of all variants and trials of two variants tell the same ratio.
 fn agreement(measured: &Measured) -> Option<String> {
-    let (list, relocated) = (
-        Cell::new("paper-linked-list", "sqrt", 1),
-        Cell::new("paper-aos-relocation", "sqrt", 1),
-    );
+    let (list, relocated) =
+        (Cell::new("paper-linked-list", "sqrt", 1), Cell::new("paper-aos-relocation", "sqrt", 1));
     let ways = [
         ("whole runs", "table2", Stage::Whole),
         ("paired trials of all variants", "table2", Stage::Paired),
@@ -324,15 +292,8 @@ fn agreement(measured: &Measured) -> Option<String> {
         .collect();
     let medians = || found.iter().map(|(_, estimate)| estimate.median);
     let spread = medians().reduce(f64::max)? / medians().reduce(f64::min)? - 1.0;
-    let texts: Vec<String> = found
-        .iter()
-        .map(|(name, e)| format!("{name} {}", show(e, 3)))
-        .collect();
-    let verdict = if spread <= AGREEMENT {
-        "they agree"
-    } else {
-        "they do not agree"
-    };
+    let texts: Vec<String> = found.iter().map(|(name, e)| format!("{name} {}", show(e, 3))).collect();
+    let verdict = if spread <= AGREEMENT { "they agree" } else { "they do not agree" };
     Some(format!(
         "List over relocation outside CG (sqrt): {}. They lie {:.1} % apart: {verdict} within {:.0} %.",
         texts.join(", "),
@@ -345,31 +306,15 @@ fn agreement(measured: &Measured) -> Option<String> {
 fn representativeness(measured: &Measured) -> Option<String> {
     let list = Cell::new("paper-linked-list", "sqrt", 1);
     let paired = measured.windows("table2", Stage::Paired, &list);
-    let sampled: Vec<usize> = paired
-        .values()
-        .next()?
-        .iter()
-        .flat_map(|w| &w.steps)
-        .map(|s| s.step)
-        .collect();
+    let sampled: Vec<usize> = paired.values().next()?.iter().flat_map(|w| &w.steps).map(|s| s.step).collect();
     let whole = measured.windows("table2", Stage::Whole, &list);
-    let steps: Vec<&StepSample> = whole
-        .values()
-        .next()?
-        .iter()
-        .flat_map(|w| &w.steps)
-        .collect();
+    let steps: Vec<&StepSample> = whole.values().next()?.iter().flat_map(|w| &w.steps).collect();
     let mean = |value: fn(&StepSample) -> f64, wanted: &dyn Fn(usize) -> bool| -> f64 {
-        let values: Vec<f64> = steps
-            .iter()
-            .filter(|s| wanted(s.step))
-            .map(|s| value(s))
-            .collect();
+        let values: Vec<f64> = steps.iter().filter(|s| wanted(s.step)).map(|s| value(s)).collect();
         values.iter().sum::<f64>() / values.len() as f64
     };
-    let share = |value: fn(&StepSample) -> f64| {
-        mean(value, &|step| sampled.contains(&step)) / mean(value, &|_| true)
-    };
+    let share =
+        |value: fn(&StepSample) -> f64| mean(value, &|step| sampled.contains(&step)) / mean(value, &|_| true);
     Some(format!(
         "In the whole run of the list, the {} steps that paired trials sample take {:.3} times the mean of all {} steps \
          in CG, {:.3} times outside CG; they need {:.3} times the mean number of CG iterations.",
@@ -383,9 +328,7 @@ fn representativeness(measured: &Measured) -> Option<String> {
 
 /// What the whole run did as a flow.
 fn flow(measured: &Measured) -> Option<String> {
-    let (_, trial) = measured
-        .trials("table2", Stage::Whole)
-        .find(|(_, trial)| trial.status == Status::Ok)?;
+    let (_, trial) = measured.trials("table2", Stage::Whole).find(|(_, trial)| trial.status == Status::Ok)?;
     let outcome = trial.outcome.as_ref()?;
     let window = outcome.samples.first()?.first()?;
     let (last, steps) = (window.steps.last()?, window.steps.len());
@@ -405,10 +348,7 @@ fn flow(measured: &Measured) -> Option<String> {
 fn failures(measured: &Measured, id: &str) -> Vec<String> {
     let mut sentences = Vec::new();
     for stage in [Stage::States, Stage::Whole, Stage::Paired] {
-        for (round, trial) in measured
-            .trials(id, stage)
-            .filter(|(_, trial)| trial.status != Status::Ok)
-        {
+        for (round, trial) in measured.trials(id, stage).filter(|(_, trial)| trial.status != Status::Ok) {
             sentences.push(format!(
                 "{} round {round} on {} thread(s): {}: {}",
                 stage.name(),
@@ -420,18 +360,11 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
     }
     let there = measured.info.usable_threads;
     if let Some(experiment) = measured.experiment(id) {
-        let missing: Vec<String> = experiment
-            .factors
-            .threads
-            .iter()
-            .filter(|&&t| t > there)
-            .map(|t| t.to_string())
-            .collect();
+        let missing: Vec<String> =
+            experiment.factors.threads.iter().filter(|&&t| t > there).map(|t| t.to_string()).collect();
         if !missing.is_empty() {
-            sentences.push(format!(
-                "Not applicable here: {} threads ({there} may be used).",
-                missing.join(", ")
-            ));
+            sentences
+                .push(format!("Not applicable here: {} threads ({there} may be used).", missing.join(", ")));
         }
     }
     sentences
@@ -439,24 +372,13 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
 
 fn page(measured: &Measured, judged: &[Judged], sections: Vec<Section>) -> Page {
     let info = &measured.info;
-    let mut machine = TableView::new(
-        "The machine and the build.",
-        &["group", "fact", "value", "unit"],
-    );
+    let mut machine = TableView::new("The machine and the build.", &["group", "fact", "value", "unit"]);
     for fact in &measured.machine.facts {
         let value = fact.value.to_string();
-        machine.rows.push(vec![
-            fact.group.clone(),
-            fact.key.clone(),
-            value,
-            fact.unit.clone(),
-        ]);
+        machine.rows.push(vec![fact.group.clone(), fact.key.clone(), value, fact.unit.clone()]);
     }
     Page {
-        title: format!(
-            "AoS relocation in the MPS method, rerun on {}",
-            info.machine_alias
-        ),
+        title: format!("AoS relocation in the MPS method, rerun on {}", info.machine_alias),
         stamp: measured.stamp(),
         run: RunView {
             id: info.run_id.clone(),
@@ -465,10 +387,7 @@ fn page(measured: &Measured, judged: &[Judged], sections: Vec<Section>) -> Page 
             commit: info.commit.clone(),
             source_hash: info.source_hash.clone(),
             created_utc: info.created_utc.clone(),
-            finished_utc: info
-                .finished_utc
-                .clone()
-                .unwrap_or_else(|| "unfinished".to_string()),
+            finished_utc: info.finished_utc.clone().unwrap_or_else(|| "unfinished".to_string()),
         },
         claims: claims_view(judged),
         sections,
@@ -485,10 +404,9 @@ fn write_page(page: &Page, folder: &Path) -> Result<()> {
     environment.add_filter("markdown_table", markdown_table);
     environment.add_template("report.html", include_str!("report.html"))?;
     environment.add_template("report.md", include_str!("report.md"))?;
-    for name in ["report.html", "report.md"] {
+    for name in ["report.md", LAST_FILE] {
         let text = environment.get_template(name)?.render(page)?;
-        write_whole(&folder.join(name), text.as_bytes())
-            .with_context(|| format!("cannot write {name}"))?;
+        write_whole(&folder.join(name), text.as_bytes()).with_context(|| format!("cannot write {name}"))?;
     }
     Ok(())
 }
@@ -497,10 +415,7 @@ fn markdown_table(view: minijinja::Value) -> Result<String, minijinja::Error> {
     let texts = |list: minijinja::Value| -> Result<Vec<String>, minijinja::Error> {
         Ok(list.try_iter()?.map(|cell| cell.to_string()).collect())
     };
-    let mut table = TableView {
-        header: texts(view.get_attr("header")?)?,
-        ..TableView::default()
-    };
+    let mut table = TableView { header: texts(view.get_attr("header")?)?, ..TableView::default() };
     for row in view.get_attr("rows")?.try_iter()? {
         table.rows.push(texts(row)?);
     }

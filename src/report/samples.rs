@@ -76,21 +76,13 @@ struct StepRow<'a> {
 
 /// The name of a cell in every file.
 pub fn cell_id(experiment: &str, stage: Stage, variant: &Variant, threads: usize) -> String {
-    format!(
-        "{experiment}/{}/{}/t{threads}",
-        stage.name(),
-        variant.label()
-    )
+    format!("{experiment}/{}/{}/t{threads}", stage.name(), variant.label())
 }
 
 /// All sample rows of a run, in the order of its rounds; then the cells that this machine has no cores for.
 pub fn rows(measured: &Measured) -> Vec<SampleRow> {
     let mut rows = Vec::new();
-    for round in measured
-        .rounds
-        .iter()
-        .filter(|round| round.stage != Stage::States)
-    {
+    for round in measured.rounds.iter().filter(|round| round.stage != Stage::States) {
         for trial in &round.trials {
             for (k, variant) in trial.variants.iter().enumerate() {
                 rows.extend(variant_rows(measured, round, trial, variant, k));
@@ -99,26 +91,14 @@ pub fn rows(measured: &Measured) -> Vec<SampleRow> {
     }
     for experiment in &measured.info.experiments {
         let there = measured.info.usable_threads;
-        for &threads in experiment
-            .factors
-            .threads
-            .iter()
-            .filter(|&&threads| threads > there)
-        {
+        for &threads in experiment.factors.threads.iter().filter(|&&threads| threads > there) {
             for variant in experiment.variants() {
                 let cell = cell_id(&experiment.id, Stage::Paired, &variant, threads);
                 rows.push(SampleRow {
                     phase: "total".to_string(),
                     status: Status::NotApplicable.name(),
                     reason: format!("needs {threads} hardware threads, {there} may be used here"),
-                    ..empty_row(
-                        measured,
-                        &experiment.id,
-                        Stage::Paired,
-                        cell,
-                        &variant,
-                        threads,
-                    )
+                    ..empty_row(measured, &experiment.id, Stage::Paired, cell, &variant, threads)
                 });
             }
         }
@@ -146,10 +126,7 @@ fn empty_row(
         preset: variant.preset.clone(),
         distance_test: variant.distance_test.clone(),
         storage: variant.storage.clone(),
-        chunk: variant
-            .schedule
-            .split_once(':')
-            .and_then(|(_, chunk)| chunk.parse().ok()),
+        chunk: variant.schedule.split_once(':').and_then(|(_, chunk)| chunk.parse().ok()),
         schedule: variant.schedule.clone(),
         cg: variant.cg.clone(),
         cg_tolerance: variant.cg_tolerance,
@@ -192,24 +169,10 @@ fn variant_rows(
         status: trial.status.name(),
         reason: trial.reason.clone(),
         started_utc: trial.started_utc.clone(),
-        ..empty_row(
-            measured,
-            &round.experiment,
-            round.stage,
-            cell,
-            variant,
-            trial.threads,
-        )
+        ..empty_row(measured, &round.experiment, round.stage, cell, variant, trial.threads)
     };
-    let Some(outcome) = trial
-        .outcome
-        .as_ref()
-        .filter(|_| trial.status == Status::Ok)
-    else {
-        return vec![SampleRow {
-            phase: "total".to_string(),
-            ..base
-        }];
+    let Some(outcome) = trial.outcome.as_ref().filter(|_| trial.status == Status::Ok) else {
+        return vec![SampleRow { phase: "total".to_string(), ..base }];
     };
     let windows = &outcome.samples[place];
     let base = with_outcome(base, outcome, windows, place);
@@ -225,29 +188,17 @@ fn variant_rows(
         ..base.clone()
     };
     let mut rows = vec![row("total", steps, total), row("non_cg", steps, total - cg)];
-    rows.extend(
-        phases(windows)
-            .into_iter()
-            .map(|(name, calls, time_s)| row(&name, Some(calls), time_s)),
-    );
+    rows.extend(phases(windows).into_iter().map(|(name, calls, time_s)| row(&name, Some(calls), time_s)));
     rows
 }
 
-fn with_outcome(
-    row: SampleRow,
-    outcome: &Outcome,
-    windows: &[WindowSample],
-    place: usize,
-) -> SampleRow {
+fn with_outcome(row: SampleRow, outcome: &Outcome, windows: &[WindowSample], place: usize) -> SampleRow {
     let (before, after) = (&outcome.noise_before, &outcome.noise_after);
     let difference = |a: Option<u64>, b: Option<u64>| Some(b?.saturating_sub(a?));
     SampleRow {
         threads_observed: Some(outcome.threads_observed),
         particles: Some(outcome.particles),
-        bytes_per_particle: outcome
-            .bytes
-            .get(place)
-            .map(|&b| b as f64 / outcome.particles as f64),
+        bytes_per_particle: outcome.bytes.get(place).map(|&b| b as f64 / outcome.particles as f64),
         steps: Some(windows.iter().map(|w| w.steps.len()).sum()),
         warmup_steps: Some(windows.iter().map(|w| w.window.warmup_steps).sum()),
         cpu_pressure_avg10_before: before.cpu_pressure_avg10,
@@ -256,9 +207,7 @@ fn with_outcome(
         steal_ticks: difference(before.steal_ticks, after.steal_ticks),
         freq_mhz_before: before.frequency_mhz,
         freq_mhz_after: after.frequency_mhz,
-        digest: windows
-            .last()
-            .map_or_else(String::new, |w| w.digest.clone()),
+        digest: windows.last().map_or_else(String::new, |w| w.digest.clone()),
         ..row
     }
 }
@@ -282,17 +231,9 @@ fn phases(windows: &[WindowSample]) -> Vec<(String, u64, f64)> {
 pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<()> {
     write_csv(&folder.join("samples.csv"), rows)?;
     let mut steps = Vec::new();
-    for round in measured
-        .rounds
-        .iter()
-        .filter(|round| round.stage != Stage::States)
-    {
+    for round in measured.rounds.iter().filter(|round| round.stage != Stage::States) {
         for trial in &round.trials {
-            let Some(outcome) = trial
-                .outcome
-                .as_ref()
-                .filter(|_| trial.status == Status::Ok)
-            else {
+            let Some(outcome) = trial.outcome.as_ref().filter(|_| trial.status == Status::Ok) else {
                 continue;
             };
             for (variant, windows) in trial.variants.iter().zip(&outcome.samples) {
@@ -326,19 +267,15 @@ pub fn write_csv<R: Serialize>(path: &Path, rows: &[R]) -> Result<()> {
     for row in rows {
         writer.serialize(row)?;
     }
-    write_whole(path, &writer.into_inner()?)
-        .with_context(|| format!("cannot write {}", path.display()))
+    write_whole(path, &writer.into_inner()?).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The successful rows as a data frame: a row a cell, round and phase, with its milliseconds a step.
 pub fn frame(rows: &[SampleRow]) -> Result<DataFrame> {
-    let ok: Vec<(&SampleRow, f64)> = rows
-        .iter()
-        .filter_map(|row| Some((row, 1e3 * row.time_s? / row.steps? as f64)))
-        .collect();
-    let text = |value: fn(&SampleRow) -> &str| -> Vec<&str> {
-        ok.iter().map(|(row, _)| value(row)).collect()
-    };
+    let ok: Vec<(&SampleRow, f64)> =
+        rows.iter().filter_map(|row| Some((row, 1e3 * row.time_s? / row.steps? as f64))).collect();
+    let text =
+        |value: fn(&SampleRow) -> &str| -> Vec<&str> { ok.iter().map(|(row, _)| value(row)).collect() };
     Ok(df![
         "experiment" => text(|row| &row.experiment_id),
         "stage" => text(|row| row.stage),

@@ -44,12 +44,7 @@ pub fn cell_phases(samples: &DataFrame) -> Result<Vec<CellPhase>> {
         .agg([col("ms_per_step")])
         .collect()?;
     let text = |name: &str, row: usize| -> Result<String> {
-        Ok(grouped
-            .column(name)?
-            .str()?
-            .get(row)
-            .unwrap_or_default()
-            .to_string())
+        Ok(grouped.column(name)?.str()?.get(row).unwrap_or_default().to_string())
     };
     let mut phases = Vec::with_capacity(grouped.height());
     for row in 0..grouped.height() {
@@ -109,10 +104,7 @@ pub fn cells(phases: &[CellPhase]) -> Vec<(&str, &str)> {
 
 /// The estimate of one phase of a cell.
 pub fn find(phases: &[CellPhase], cell: &str, phase: &str) -> Option<Estimate> {
-    phases
-        .iter()
-        .find(|p| p.cell == cell && p.phase == phase)
-        .map(|p| p.estimate)
+    phases.iter().find(|p| p.cell == cell && p.phase == phase).map(|p| p.estimate)
 }
 
 /// The names of all phases, in the order of a step.

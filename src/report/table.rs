@@ -57,19 +57,13 @@ pub struct Table2Row {
     pub rounds: Option<usize>,
 }
 
-const QUANTITIES: [(&str, Quantity); 3] = [
-    ("cg", Quantity::Cg),
-    ("non_cg", Quantity::NonCg),
-    ("total", Quantity::Total),
-];
+const QUANTITIES: [(&str, Quantity); 3] =
+    [("cg", Quantity::Cg), ("non_cg", Quantity::NonCg), ("total", Quantity::Total)];
 
 /// Median and interval, with as many digits as the value needs.
 pub fn show(estimate: &Estimate, digits: usize) -> String {
     match estimate.interval {
-        Some(i) => format!(
-            "{:.digits$} [{:.digits$}, {:.digits$}]",
-            estimate.median, i.low, i.high
-        ),
+        Some(i) => format!("{:.digits$} [{:.digits$}, {:.digits$}]", estimate.median, i.low, i.high),
         None => format!("{:.digits$} (n = {})", estimate.median, estimate.samples),
     }
 }
@@ -84,18 +78,12 @@ fn run_seconds(measured: &Measured, preset: Preset, test: &str, quantity: Quanti
     let stage = measured.stage_for_tables("table2");
     let cell = Cell::new(preset.name(), test, 1);
     let per_step = measured.per_step("table2", stage, &cell, quantity);
-    per_step
-        .into_iter()
-        .map(|(round, s)| (round, s * run_steps()))
-        .collect()
+    per_step.into_iter().map(|(round, s)| (round, s * run_steps())).collect()
 }
 
 /// The distance tests that Table 2 was measured with, the paper's first.
 pub fn distance_tests(measured: &Measured) -> Vec<String> {
-    measured
-        .experiment("table2")
-        .map(|e| e.factors.distance_test.clone())
-        .unwrap_or_default()
+    measured.experiment("table2").map(|e| e.factors.distance_test.clone()).unwrap_or_default()
 }
 
 /// Table 2, the paper's and ours, as rows for a CSV.
@@ -122,23 +110,12 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
     let seconds = |s: Seconds| [s.cg_s, s.non_cg_s, s.total_s];
     let (list, relocated) = (Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION);
     paper(list.name(), "s", seconds(published.table2.linked_list));
-    paper(
-        relocated.name(),
-        "s",
-        seconds(published.table2.aos_relocation),
-    );
+    paper(relocated.name(), "s", seconds(published.table2.aos_relocation));
     let speed_up = published.table2.speed_up;
-    paper(
-        "speed_up",
-        "ratio",
-        [speed_up.cg, speed_up.non_cg, speed_up.total],
-    );
+    paper("speed_up", "ratio", [speed_up.cg, speed_up.non_cg, speed_up.total]);
     for test in distance_tests(measured) {
         for (quantity, q) in QUANTITIES {
-            let (a, b) = (
-                run_seconds(measured, list, &test, q),
-                run_seconds(measured, relocated, &test, q),
-            );
+            let (a, b) = (run_seconds(measured, list, &test, q), run_seconds(measured, relocated, &test, q));
             let values = [
                 (list.name(), "s", estimate(&a)),
                 (relocated.name(), "s", estimate(&b)),
@@ -168,106 +145,74 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
 /// Table 2 for people: the paper's seconds, ours, and the ratio of the two speed-ups.
 pub fn table2_view(measured: &Measured) -> TableView {
     let published = Published::load();
-    let stamp = measured
-        .stamp()
-        .map_or(String::new(), |stamp| format!(" {stamp}."));
-    let tolerance = measured
-        .experiment("table2")
-        .map_or(0.0, |e| e.fixed.cg_tolerance);
+    let stamp = measured.stamp().map_or(String::new(), |stamp| format!(" {stamp}."));
+    let tolerance = measured.experiment("table2").map_or(0.0, |e| e.fixed.cg_tolerance);
     let caption = format!(
         "Seconds of {} steps on one thread, median [95 % interval]. Ours: the mean of the sampled steps times {}; the \
          interval is over rounds, which all sample the same steps; CG to a relative residual of {tolerance:e}.{stamp}",
         published.steps, published.steps
     );
     let mut view = TableView::new(&caption, &["", "CG", "outside CG", "total"]);
-    let (list, relocated) = (Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION);
-    let mut plain = |name: &str, values: [f64; 3], digits: usize, unit: &str| {
-        let cells = values.map(|v| format!("{v:.digits$}{unit}"));
-        view.rows
-            .push(std::iter::once(name.to_string()).chain(cells).collect());
-    };
-    let seconds = |s: Seconds| [s.cg_s, s.non_cg_s, s.total_s];
-    let speed_up = published.table2.speed_up;
-    plain(
-        "paper: linked list",
-        seconds(published.table2.linked_list),
-        1,
-        " s",
-    );
-    plain(
-        "paper: with relocation",
-        seconds(published.table2.aos_relocation),
-        1,
-        " s",
-    );
-    plain(
-        "paper: speed-up",
-        [speed_up.cg, speed_up.non_cg, speed_up.total],
-        2,
-        "x",
-    );
+    view.rows = published_rows(&published);
     for test in distance_tests(measured) {
-        let columns = QUANTITIES.map(|(_, q)| {
-            let a = run_seconds(measured, list, &test, q);
-            let b = run_seconds(measured, relocated, &test, q);
-            (estimate(&a), estimate(&b), ratio(&a, &b))
-        });
-        let text = |e: Option<Estimate>, digits: usize, unit: &str| {
-            e.map_or("none".to_string(), |e| {
-                format!("{}{unit}", show(&e, digits))
-            })
-        };
-        let mut row = |name: String, cells: [String; 3]| {
-            view.rows.push(std::iter::once(name).chain(cells).collect());
-        };
-        row(
-            format!("here, {test}: linked list"),
-            columns.map(|c| text(c.0, 1, " s")),
-        );
-        row(
-            format!("here, {test}: with relocation"),
-            columns.map(|c| text(c.1, 1, " s")),
-        );
-        row(
-            format!("here, {test}: speed-up"),
-            columns.map(|c| text(c.2, 3, "x")),
-        );
-        let paper = [speed_up.cg, speed_up.non_cg, speed_up.total];
-        let mut cells = columns.map(|c| c.2).into_iter().zip(paper);
-        let ours_over_paper = [0; 3].map(|_| {
-            let (ours, paper) = cells.next().unwrap_or((None, 1.0));
-            text(ours.map(|e| e.scaled(1.0 / paper)), 3, "x")
-        });
-        row(
-            format!("here, {test}: our speed-up over the paper's"),
-            ours_over_paper,
-        );
+        view.rows.extend(measured_rows(measured, &published, &test));
     }
     view
 }
 
+/// A row's name before its cells.
+fn named(name: String, cells: [String; 3]) -> Vec<String> {
+    std::iter::once(name).chain(cells).collect()
+}
+
+fn published_rows(published: &Published) -> Vec<Vec<String>> {
+    let seconds = |s: Seconds| [s.cg_s, s.non_cg_s, s.total_s].map(|v| format!("{v:.1} s"));
+    let speed_up = speed_ups(published).map(|v| format!("{v:.2}x"));
+    vec![
+        named("paper: linked list".to_string(), seconds(published.table2.linked_list)),
+        named("paper: with relocation".to_string(), seconds(published.table2.aos_relocation)),
+        named("paper: speed-up".to_string(), speed_up),
+    ]
+}
+
+/// The paper's speed-ups of CG, the rest and the whole.
+fn speed_ups(published: &Published) -> [f64; 3] {
+    let speed_up = published.table2.speed_up;
+    [speed_up.cg, speed_up.non_cg, speed_up.total]
+}
+
+/// Ours with one distance test, and our speed-ups over the paper's.
+fn measured_rows(measured: &Measured, published: &Published, test: &str) -> Vec<Vec<String>> {
+    let columns = QUANTITIES.map(|(_, quantity)| {
+        let list = run_seconds(measured, Preset::PAPER_LINKED_LIST, test, quantity);
+        let relocated = run_seconds(measured, Preset::PAPER_AOS_RELOCATION, test, quantity);
+        (estimate(&list), estimate(&relocated), ratio(&list, &relocated))
+    });
+    let text = |e: Option<Estimate>, digits: usize, unit: &str| {
+        e.map_or("none".to_string(), |e| format!("{}{unit}", show(&e, digits)))
+    };
+    let paper = speed_ups(published);
+    let over_paper = [0, 1, 2].map(|k| columns[k].2.map(|ours| ours.scaled(1.0 / paper[k])));
+    vec![
+        named(format!("here, {test}: linked list"), columns.map(|c| text(c.0, 1, " s"))),
+        named(format!("here, {test}: with relocation"), columns.map(|c| text(c.1, 1, " s"))),
+        named(format!("here, {test}: speed-up"), columns.map(|c| text(c.2, 3, "x"))),
+        named(format!("here, {test}: our speed-up over the paper's"), over_paper.map(|e| text(e, 3, "x"))),
+    ]
+}
+
 /// The phases of an experiment's cells, milliseconds a step.
 pub fn phases_view(phases: &[CellPhase], experiment: &str) -> TableView {
-    let cells: Vec<&str> = cells(phases)
-        .into_iter()
-        .filter(|(e, _)| *e == experiment)
-        .map(|(_, cell)| cell)
-        .collect();
+    let cells: Vec<&str> =
+        cells(phases).into_iter().filter(|(e, _)| *e == experiment).map(|(_, cell)| cell).collect();
     let short = |cell: &str| cell.split('/').skip(1).collect::<Vec<_>>().join(" ");
-    let mut view = TableView::new(
-        "Milliseconds a step by phase, medians of the rounds.",
-        &["phase"],
-    );
+    let mut view = TableView::new("Milliseconds a step by phase, medians of the rounds.", &["phase"]);
     view.header.extend(cells.iter().map(|cell| short(cell)));
     for phase in phase_names().chain(["non_cg", "total"]) {
-        let values: Vec<Option<Estimate>> =
-            cells.iter().map(|cell| find(phases, cell, phase)).collect();
+        let values: Vec<Option<Estimate>> = cells.iter().map(|cell| find(phases, cell, phase)).collect();
         if values.iter().any(Option::is_some) {
-            let shown = values
-                .iter()
-                .map(|v| v.map_or(String::new(), |e| format!("{:.2}", e.median)));
-            view.rows
-                .push(std::iter::once(phase.to_string()).chain(shown).collect());
+            let shown = values.iter().map(|v| v.map_or(String::new(), |e| format!("{:.2}", e.median)));
+            view.rows.push(std::iter::once(phase.to_string()).chain(shown).collect());
         }
     }
     view

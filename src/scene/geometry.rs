@@ -63,11 +63,7 @@ impl Fill {
 }
 
 impl Geometry {
-    pub(super) fn check(
-        &self,
-        check: Check<'_>,
-        particle_distance_m: f64,
-    ) -> Result<(), InputError> {
+    pub(super) fn check(&self, check: Check<'_>, particle_distance_m: f64) -> Result<(), InputError> {
         let extent = self.lattice.extent_m;
         let allowed = "allowed are finite lengths from 0 up";
         check.require(
@@ -77,12 +73,7 @@ impl Geometry {
             allowed,
         )?;
         let layers = self.lattice.layers;
-        check.require(
-            layers <= 64,
-            "geometry.lattice.layers",
-            layers,
-            "allowed are 0 to 64",
-        )?;
+        check.require(layers <= 64, "geometry.lattice.layers", layers, "allowed are 0 to 64")?;
         let points = self.lattice_points(particle_distance_m);
         check.require(
             points <= MAX_LATTICE_POINTS as f64,
@@ -91,12 +82,7 @@ impl Geometry {
             format!("it makes a lattice of {points:.3e} points and at most {MAX_LATTICE_POINTS} are allowed: raise it"),
         )?;
         for (k, region) in self.region.iter().enumerate() {
-            let corners = [
-                region.from_m,
-                region.to_m,
-                region.layers_below,
-                region.layers_above,
-            ];
+            let corners = [region.from_m, region.to_m, region.layers_below, region.layers_above];
             let key = format!("geometry.region[{k}]");
             let numbers = corners.iter().flatten().all(|c| !c.is_nan());
             check.require(
@@ -120,11 +106,7 @@ impl Geometry {
     /// The number of lattice points, an upper bound of the number of particles.
     pub fn lattice_points(&self, particle_distance_m: f64) -> f64 {
         let layers = f64::from(2 * self.lattice.layers + 1);
-        self.lattice
-            .extent_m
-            .iter()
-            .map(|e| (e / particle_distance_m).trunc() + layers)
-            .product()
+        self.lattice.extent_m.iter().map(|e| (e / particle_distance_m).trunc() + layers).product()
     }
 
     /// Places the particles. The index of each is its identity.
@@ -149,11 +131,7 @@ impl Geometry {
 
     fn kind_at(&self, point: Vec3, particle_distance_m: f64) -> Option<Kind> {
         let holds = |region: &&Region| region.contains(point, particle_distance_m);
-        self.region
-            .iter()
-            .rev()
-            .find(holds)
-            .and_then(|region| region.fill.kind())
+        self.region.iter().rev().find(holds).and_then(|region| region.fill.kind())
     }
 }
 

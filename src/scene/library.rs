@@ -6,10 +6,7 @@ use crate::base::input::InputError;
 use crate::scene::Scene;
 
 /// Name and text of each scene.
-const SCENES: [(&str, &str); 1] = [(
-    "dam-break",
-    include_str!("../../experiments/scenes/dam-break.toml"),
-)];
+const SCENES: [(&str, &str); 1] = [("dam-break", include_str!("../../experiments/scenes/dam-break.toml"))];
 
 /// The names of all embedded scenes.
 pub fn names() -> impl Iterator<Item = &'static str> {
@@ -24,22 +21,11 @@ pub fn load(name_or_path: &str, sets: &[String]) -> Result<Scene, InputError> {
             .map_err(|error| InputError::new(name_or_path, "scene", "not readable", error))?;
         return Scene::parse(&text, name_or_path, sets);
     }
-    let text = SCENES
-        .iter()
-        .find(|(name, _)| *name == name_or_path)
-        .map(|(_, text)| *text)
-        .ok_or_else(|| {
+    let text =
+        SCENES.iter().find(|(name, _)| *name == name_or_path).map(|(_, text)| *text).ok_or_else(|| {
             let known: Vec<&str> = names().collect();
-            let allowed = format!(
-                "allowed are the path of a scene file or one of: {}",
-                known.join(", ")
-            );
-            InputError::new(
-                "command line",
-                "SCENE",
-                format!("`{name_or_path}`"),
-                allowed,
-            )
+            let allowed = format!("allowed are the path of a scene file or one of: {}", known.join(", "));
+            InputError::new("command line", "SCENE", format!("`{name_or_path}`"), allowed)
         })?;
     Scene::parse(text, &format!("scenes/{name_or_path}.toml"), sets)
 }

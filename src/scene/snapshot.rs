@@ -32,29 +32,13 @@ pub fn file_name(step: usize) -> String {
 pub fn write(path: &Path, particles: &Particles) -> Result<()> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for i in 0..particles.len() {
-        let ([x_m, y_m, z_m], [u_m_s, v_m_s, w_m_s]) =
-            (particles.position[i], particles.velocity[i]);
+        let ([x_m, y_m, z_m], [u_m_s, v_m_s, w_m_s]) = (particles.position[i], particles.velocity[i]);
         let column = |values: &[f64]| values.get(i).copied().unwrap_or(0.0);
-        let (p_pa, n) = (
-            column(&particles.pressure),
-            column(&particles.number_density),
-        );
+        let (p_pa, n) = (column(&particles.pressure), column(&particles.number_density));
         let kind = particles.kind[i].name();
-        writer.serialize(Row {
-            id: i,
-            kind,
-            x_m,
-            y_m,
-            z_m,
-            u_m_s,
-            v_m_s,
-            w_m_s,
-            p_pa,
-            n,
-        })?;
+        writer.serialize(Row { id: i, kind, x_m, y_m, z_m, u_m_s, v_m_s, w_m_s, p_pa, n })?;
     }
-    write_whole(path, &writer.into_inner()?)
-        .with_context(|| format!("cannot write {}", path.display()))
+    write_whole(path, &writer.into_inner()?).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Reads particles back. Every line is checked: identities in order, known kinds, finite numbers.
@@ -64,14 +48,10 @@ pub fn read(path: &Path) -> Result<Vec<InitialParticle>> {
     let headers = reader.headers()?.clone();
     let mut record = csv::StringRecord::new();
     let mut particles = Vec::new();
-    while reader
-        .read_record(&mut record)
-        .with_context(|| format!("{name} is not a CSV of particles"))?
-    {
+    while reader.read_record(&mut record).with_context(|| format!("{name} is not a CSV of particles"))? {
         let line = particles.len() + 2;
-        let row: Row<'_> = record
-            .deserialize(Some(&headers))
-            .with_context(|| format!("{name}, line {line}"))?;
+        let row: Row<'_> =
+            record.deserialize(Some(&headers)).with_context(|| format!("{name}, line {line}"))?;
         ensure!(
             row.id == particles.len(),
             "{name}, line {line}: id is {}, expected {}",
@@ -79,24 +59,12 @@ pub fn read(path: &Path) -> Result<Vec<InitialParticle>> {
             particles.len()
         );
         let Some(kind) = Kind::from_name(row.kind) else {
-            bail!(
-                "{name}, line {line}: kind is `{}`; allowed are fluid, wall, dummy_wall, ghost",
-                row.kind
-            );
+            bail!("{name}, line {line}: kind is `{}`; allowed are fluid, wall, dummy_wall, ghost", row.kind);
         };
-        let (position, velocity) = (
-            [row.x_m, row.y_m, row.z_m],
-            [row.u_m_s, row.v_m_s, row.w_m_s],
-        );
-        let finite =
-            position.iter().chain(&velocity).all(|v| v.is_finite()) && row.p_pa.is_finite();
+        let (position, velocity) = ([row.x_m, row.y_m, row.z_m], [row.u_m_s, row.v_m_s, row.w_m_s]);
+        let finite = position.iter().chain(&velocity).all(|v| v.is_finite()) && row.p_pa.is_finite();
         ensure!(finite, "{name}, line {line}: a value is not finite");
-        particles.push(InitialParticle {
-            kind,
-            position,
-            velocity,
-            pressure: row.p_pa,
-        });
+        particles.push(InitialParticle { kind, position, velocity, pressure: row.p_pa });
     }
     ensure!(!particles.is_empty(), "{name} holds no particle");
     Ok(particles)

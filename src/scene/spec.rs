@@ -104,15 +104,12 @@ pub struct PressureSpec {
 impl Scene {
     /// Reads and checks a scene. `file` names it in errors; `sets` are changes `dotted.key=value` to its keys.
     pub fn parse(text: &str, file: &str, sets: &[String]) -> Result<Scene, InputError> {
-        let mut table: toml::Table =
-            toml::from_str(text).map_err(|error| syntax_error(file, &error))?;
+        let mut table: toml::Table = toml::from_str(text).map_err(|error| syntax_error(file, &error))?;
         for set in sets {
             apply(&mut table, set, file)?;
         }
         // Serialised anew, so that an error's position and key are those of the changed scene.
-        let scene: Scene = table
-            .try_into()
-            .map_err(|error| syntax_error(file, &error))?;
+        let scene: Scene = table.try_into().map_err(|error| syntax_error(file, &error))?;
         scene.check(file)?;
         Ok(scene)
     }
@@ -130,12 +127,7 @@ impl Scene {
         check.not_negative("end_time_s", self.end_time_s)?;
         let steps = self.end_time_s / self.time_step_s;
         let allowed = format!("`time_step_s` may divide it into at most {MAX_STEPS} steps");
-        check.require(
-            steps <= MAX_STEPS as f64,
-            "end_time_s",
-            self.end_time_s,
-            allowed,
-        )?;
+        check.require(steps <= MAX_STEPS as f64, "end_time_s", self.end_time_s, allowed)?;
         check.positive("fluid.density_kg_m3", self.fluid.density_kg_m3)?;
         for (key, radius) in [
             ("radii.number_density", self.radii.number_density),
@@ -157,12 +149,7 @@ impl Scene {
     }
 
     /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
-    pub fn require_memory(
-        &self,
-        file: &str,
-        copies: usize,
-        available_bytes: u64,
-    ) -> Result<(), InputError> {
+    pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
         let points = self.geometry.lattice_points(self.particle_distance_m);
         let buckets = self.buckets();
         let bytes = points * BYTES_PER_PARTICLE as f64 + buckets * BYTES_PER_BUCKET as f64;
@@ -184,18 +171,12 @@ impl Scene {
     /// An upper estimate of the number of buckets.
     fn buckets(&self) -> f64 {
         let radii = &self.radii;
-        let side = radii
-            .number_density
-            .max(radii.gradient)
-            .max(radii.laplacian)
-            * self.particle_distance_m;
+        let side = radii.number_density.max(radii.gradient).max(radii.laplacian) * self.particle_distance_m;
         let layers = 2.0 * f64::from(self.geometry.lattice.layers) * self.particle_distance_m;
         let margins = layers + 2.0 * self.domain.margin_m;
         let extent = self.geometry.lattice.extent_m;
         let headroom = [0.0, self.domain.headroom_m, 0.0];
-        (0..3)
-            .map(|d| ((extent[d] + margins + headroom[d]) / side).floor() + 3.0)
-            .product()
+        (0..3).map(|d| ((extent[d] + margins + headroom[d]) / side).floor() + 3.0).product()
     }
 
     /// The particles at the start, in the order of their identities.
@@ -270,46 +251,39 @@ impl EffectsSpec {
             )?;
         }
         if let Some(pressure) = &self.pressure {
-            let (key, threshold) = (
-                "effects.pressure.surface_threshold",
-                pressure.surface_threshold,
-            );
+            let (key, threshold) = ("effects.pressure.surface_threshold", pressure.surface_threshold);
             check.require(
                 threshold > 0.0 && threshold <= 1.0,
                 key,
                 threshold,
                 "allowed are numbers above 0 up to 1",
             )?;
-            let (key, relaxation) = (
-                "effects.pressure.source_relaxation",
-                pressure.source_relaxation,
-            );
+            let (key, relaxation) = ("effects.pressure.source_relaxation", pressure.source_relaxation);
             check.require(
                 relaxation > 0.0 && relaxation <= 1.0,
                 key,
                 relaxation,
                 "allowed are numbers above 0 up to 1",
             )?;
-            check.not_negative(
-                "effects.pressure.compressibility_1_pa",
-                pressure.compressibility_1_pa,
-            )?;
+            check.not_negative("effects.pressure.compressibility_1_pa", pressure.compressibility_1_pa)?;
         }
         Ok(())
     }
 
     fn to_engine(&self) -> Effects {
         Effects {
-            gravity: self.gravity.as_ref().map(|g| gravity::Gravity {
-                acceleration_m_s2: g.acceleration_m_s2,
-            }),
-            viscosity: self.viscosity.as_ref().map(|v| viscosity::Viscosity {
-                kinematic_viscosity_m2_s: v.kinematic_viscosity_m2_s,
-            }),
-            collision: self.collision.as_ref().map(|c| collision::Collision {
-                distance: c.distance,
-                restitution: c.restitution,
-            }),
+            gravity: self
+                .gravity
+                .as_ref()
+                .map(|g| gravity::Gravity { acceleration_m_s2: g.acceleration_m_s2 }),
+            viscosity: self
+                .viscosity
+                .as_ref()
+                .map(|v| viscosity::Viscosity { kinematic_viscosity_m2_s: v.kinematic_viscosity_m2_s }),
+            collision: self
+                .collision
+                .as_ref()
+                .map(|c| collision::Collision { distance: c.distance, restitution: c.restitution }),
             pressure: self.pressure.as_ref().map(|p| pressure::Pressure {
                 surface_threshold: p.surface_threshold,
                 source_relaxation: p.source_relaxation,
@@ -321,35 +295,24 @@ impl EffectsSpec {
 
 /// Sets the value behind a dotted key. A key that the scene format does not know is refused when the scene is read.
 fn apply(table: &mut toml::Table, set: &str, file: &str) -> Result<(), InputError> {
-    let wrong =
-        |allowed: &str| InputError::new(file, "--set", format!("`{set}`"), allowed.to_string());
-    let (key, value) = set
-        .split_once('=')
-        .ok_or_else(|| wrong("allowed is `dotted.key=value`"))?;
+    let wrong = |allowed: &str| InputError::new(file, "--set", format!("`{set}`"), allowed.to_string());
+    let (key, value) = set.split_once('=').ok_or_else(|| wrong("allowed is `dotted.key=value`"))?;
     let value = format!("value = {value}")
         .parse::<toml::Table>()
         .ok()
         .and_then(|mut parsed| parsed.remove("value"))
         .unwrap_or_else(|| toml::Value::String(value.to_string()));
     let mut path: Vec<&str> = key.split('.').collect();
-    let last = path
-        .pop()
-        .filter(|last| !last.is_empty())
-        .ok_or_else(|| wrong("allowed is `dotted.key=value`"))?;
+    let last =
+        path.pop().filter(|last| !last.is_empty()).ok_or_else(|| wrong("allowed is `dotted.key=value`"))?;
     let mut target = table;
     for part in path {
-        let entry = target
-            .entry(part)
-            .or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        target = entry
-            .as_table_mut()
-            .ok_or_else(|| wrong("a part of its key is a value, not a table"))?;
+        let entry = target.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        target = entry.as_table_mut().ok_or_else(|| wrong("a part of its key is a value, not a table"))?;
     }
     // A whole number is as good as a decimal one where a length or a time is asked for.
     let value = match (target.get(last), value) {
-        (Some(toml::Value::Float(_)), toml::Value::Integer(whole)) => {
-            toml::Value::Float(whole as f64)
-        }
+        (Some(toml::Value::Float(_)), toml::Value::Integer(whole)) => toml::Value::Float(whole as f64),
         (_, value) => value,
     };
     target.insert(last.to_string(), value);

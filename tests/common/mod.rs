@@ -51,17 +51,9 @@ pub fn run_scene(scene: &Scene, run: &Run<'_>) -> (Box<dyn Simulation>, StepRepo
     options.schedule = run.schedule.parse().unwrap();
     (run.change)(&mut options);
     let workers = Arc::new(Workers::new(run.threads, options.schedule, &[]).unwrap());
-    let start = Start {
-        particles: &particles,
-        steps_done: 0,
-    };
-    let mut simulation =
-        simulation::build(&scene.parameters(&particles), &options, start, workers).unwrap();
-    let mut report = StepReport {
-        step: 0,
-        ghosts: 0,
-        pressure: None,
-    };
+    let start = Start { particles: &particles, steps_done: 0 };
+    let mut simulation = simulation::build(&scene.parameters(&particles), &options, start, workers).unwrap();
+    let mut report = StepReport { step: 0, ghosts: 0, pressure: None };
     for _ in 0..run.steps {
         report = simulation.step(&mut NoProbe).unwrap();
     }

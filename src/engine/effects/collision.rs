@@ -34,11 +34,7 @@ pub struct Collisions {
 }
 
 impl Collisions {
-    pub fn new<C: CandidateSearch>(
-        collision: Collision,
-        parameters: &Parameters,
-        state: &State<C>,
-    ) -> Self {
+    pub fn new<C: CandidateSearch>(collision: Collision, parameters: &Parameters, state: &State<C>) -> Self {
         Collisions {
             distance_m: collision.distance * parameters.particle_distance_m,
             share: (1.0 + collision.restitution) / 2.0,
@@ -47,63 +43,44 @@ impl Collisions {
         }
     }
 
-    fn collide<C: CandidateSearch, T: DistanceTest>(
-        &mut self,
-        state: &State<C>,
-        broken: &FirstIndex,
-    ) {
-        let (near, velocity, kind) = (
-            state.neighborhood(),
-            &state.particles.velocity,
-            &state.particles.kind,
-        );
+    fn collide<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>, broken: &FirstIndex) {
+        let (near, velocity, kind) = (state.neighborhood(), &state.particles.velocity, &state.particles.kind);
         let (distance_m, share) = (self.distance_m, self.share);
-        state.team().fill(
-            Rows::new(&mut self.velocity_after),
-            |range, velocity_after| {
-                for (i, after) in range.zip(velocity_after) {
-                    let mut u_i = velocity[i];
-                    if kind[i] == Kind::Fluid {
-                        near.for_each_neighbor::<T>(i, distance_m, |j, r_ij, r| {
-                            let e = scale(1.0 / r, r_ij);
-                            let approach = dot(sub(u_i, velocity[j]), e);
-                            if !approach.is_finite() {
-                                broken.record(i);
-                            }
-                            if approach > 0.0 {
-                                u_i = add_scaled(u_i, -(approach * share), e);
-                            }
-                        });
-                        if !is_finite(u_i) {
+        state.team().fill(Rows::new(&mut self.velocity_after), |range, velocity_after| {
+            for (i, after) in range.zip(velocity_after) {
+                let mut u_i = velocity[i];
+                if kind[i] == Kind::Fluid {
+                    near.for_each_neighbor::<T>(i, distance_m, |j, r_ij, r| {
+                        let e = scale(1.0 / r, r_ij);
+                        let approach = dot(sub(u_i, velocity[j]), e);
+                        if !approach.is_finite() {
                             broken.record(i);
                         }
+                        if approach > 0.0 {
+                            u_i = add_scaled(u_i, -(approach * share), e);
+                        }
+                    });
+                    if !is_finite(u_i) {
+                        broken.record(i);
                     }
-                    *after = u_i;
                 }
-            },
-        );
+                *after = u_i;
+            }
+        });
     }
 
     fn take_effect<C: CandidateSearch>(&self, state: &mut State<C>) {
-        let Particles {
-            kind,
-            position,
-            velocity,
-            ..
-        } = &mut state.particles;
+        let Particles { kind, position, velocity, .. } = &mut state.particles;
         let columns = (Rows::new(position), Rows::new(velocity));
-        state
-            .workers
-            .scheduled()
-            .fill(columns, |range, (position, velocity)| {
-                for (k, i) in range.enumerate() {
-                    if kind[i] == Kind::Fluid {
-                        let change = sub(self.velocity_after[i], velocity[k]);
-                        position[k] = add_scaled(position[k], self.time_step_s, change);
-                        velocity[k] = self.velocity_after[i];
-                    }
+        state.workers.scheduled().fill(columns, |range, (position, velocity)| {
+            for (k, i) in range.enumerate() {
+                if kind[i] == Kind::Fluid {
+                    let change = sub(self.velocity_after[i], velocity[k]);
+                    position[k] = add_scaled(position[k], self.time_step_s, change);
+                    velocity[k] = self.velocity_after[i];
                 }
-            });
+            }
+        });
         state.positions_changed();
     }
 }

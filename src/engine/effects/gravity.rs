@@ -19,15 +19,13 @@ impl<C: CandidateSearch, T> Stage<C, T> for Gravity {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
         within(probe, Phase::Gravity, || {
             let forces = state.forces();
-            forces
-                .team
-                .fill(Rows::new(forces.acceleration), |range, acceleration| {
-                    for (&kind, a) in forces.kind[range].iter().zip(acceleration) {
-                        if kind == Kind::Fluid {
-                            *a = add(*a, self.acceleration_m_s2);
-                        }
+            forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
+                for (&kind, a) in forces.kind[range].iter().zip(acceleration) {
+                    if kind == Kind::Fluid {
+                        *a = add(*a, self.acceleration_m_s2);
                     }
-                });
+                }
+            });
         });
         Ok(())
     }

@@ -51,28 +51,15 @@ fn advance<C: CandidateSearch>(
     state: &mut State<C>,
     motion: impl Fn(&mut [f64; 3], &mut [f64; 3], [f64; 3]) + Sync,
 ) {
-    let Particles {
-        kind,
-        position,
-        velocity,
-        acceleration,
-        ..
-    } = &mut state.particles;
-    let columns = (
-        Rows::new(position),
-        Rows::new(velocity),
-        Rows::new(acceleration),
-    );
-    state
-        .workers
-        .scheduled()
-        .fill(columns, |range, (position, velocity, acceleration)| {
-            for (k, &kind) in kind[range].iter().enumerate() {
-                if kind == Kind::Fluid {
-                    motion(&mut position[k], &mut velocity[k], acceleration[k]);
-                }
-                acceleration[k] = ZERO;
+    let Particles { kind, position, velocity, acceleration, .. } = &mut state.particles;
+    let columns = (Rows::new(position), Rows::new(velocity), Rows::new(acceleration));
+    state.workers.scheduled().fill(columns, |range, (position, velocity, acceleration)| {
+        for (k, &kind) in kind[range].iter().enumerate() {
+            if kind == Kind::Fluid {
+                motion(&mut position[k], &mut velocity[k], acceleration[k]);
             }
-        });
+            acceleration[k] = ZERO;
+        }
+    });
     state.positions_changed();
 }

@@ -44,27 +44,21 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for ExplicitViscosity {
         within(probe, Phase::Viscosity, || {
             let forces = state.forces();
             let (near, velocity) = (&forces.near, forces.velocity);
-            forces
-                .team
-                .fill(Rows::new(forces.acceleration), |range, acceleration| {
-                    for (i, a) in range.zip(acceleration) {
-                        if forces.kind[i] != Kind::Fluid {
-                            continue;
-                        }
-                        let mut sum = ZERO;
-                        near.for_each_neighbor::<T>(i, self.radius_m, |j, _, r| {
-                            sum = add_scaled(
-                                sum,
-                                weight(r, self.radius_m),
-                                sub(velocity[j], velocity[i]),
-                            );
-                        });
-                        *a = add_scaled(*a, self.factor, sum);
-                        if !is_finite(*a) {
-                            broken.record(i);
-                        }
+            forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
+                for (i, a) in range.zip(acceleration) {
+                    if forces.kind[i] != Kind::Fluid {
+                        continue;
                     }
-                });
+                    let mut sum = ZERO;
+                    near.for_each_neighbor::<T>(i, self.radius_m, |j, _, r| {
+                        sum = add_scaled(sum, weight(r, self.radius_m), sub(velocity[j], velocity[i]));
+                    });
+                    *a = add_scaled(*a, self.factor, sum);
+                    if !is_finite(*a) {
+                        broken.record(i);
+                    }
+                }
+            });
         });
         state.require_finite(&broken, Phase::Viscosity, "acceleration")
     }

@@ -58,9 +58,7 @@ pub struct CgInfo {
 /// Why a solve gave no solution.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CgError {
-    #[error(
-        "the pressure matrix is not positive definite (d.Ad = {curvature:e} in iteration {iteration})"
-    )]
+    #[error("the pressure matrix is not positive definite (d.Ad = {curvature:e} in iteration {iteration})")]
     NotPositiveDefinite { curvature: f64, iteration: usize },
     #[error(
         "the conjugate gradient method did not converge: relative residual {residual:e} after {iterations} iterations; \
@@ -113,18 +111,12 @@ impl ConjugateGradient {
         while norm2.sqrt() > target {
             if iterations == self.params.max_iterations {
                 let residual = norm2.sqrt() / source_norm2.sqrt();
-                return Err(CgError::NotConverged {
-                    residual,
-                    iterations,
-                });
+                return Err(CgError::NotConverged { residual, iterations });
             }
             iterations += 1;
             let curvature = self.multiply(poisson, team);
             if !(curvature > 0.0 && curvature.is_finite()) {
-                return Err(CgError::NotPositiveDefinite {
-                    curvature,
-                    iteration: iterations,
-                });
+                return Err(CgError::NotPositiveDefinite { curvature, iteration: iterations });
             }
             let before = norm2;
             norm2 = self.advance(before / curvature, team);
@@ -132,26 +124,15 @@ impl ConjugateGradient {
         }
         let residual = self.true_residual(poisson, team) / source_norm2.sqrt();
         if residual > self.params.acceptable() || !residual.is_finite() {
-            return Err(CgError::NotConverged {
-                residual,
-                iterations,
-            });
+            return Err(CgError::NotConverged { residual, iterations });
         }
-        Ok(CgInfo {
-            iterations,
-            residual,
-        })
+        Ok(CgInfo { iterations, residual })
     }
 
     /// `solution = 0`, `residual = direction = source`.
     fn start(&mut self, source: &[f64], team: Team<'_>, workers: &Workers) {
         let rows = source.len();
-        for vector in [
-            &mut self.solution,
-            &mut self.residual,
-            &mut self.direction,
-            &mut self.product,
-        ] {
+        for vector in [&mut self.solution, &mut self.residual, &mut self.direction, &mut self.product] {
             if vector.capacity() < rows {
                 *vector = workers.column(rows + rows / 8, 0.0);
             }
@@ -175,10 +156,7 @@ impl ConjugateGradient {
     /// `product = A direction`; returns `direction . product`.
     fn multiply(&mut self, poisson: &Poisson, team: Team<'_>) -> f64 {
         let direction = &self.direction;
-        let columns = (
-            Rows::of_width(&mut self.product, BLOCK),
-            Rows::new(&mut self.partial),
-        );
+        let columns = (Rows::of_width(&mut self.product, BLOCK), Rows::new(&mut self.partial));
         team.fill(columns, |blocks, (product, partial)| {
             for ((block, product), partial) in blocks.zip(product.chunks_mut(BLOCK)).zip(partial) {
                 let first = block * BLOCK;
@@ -200,10 +178,7 @@ impl ConjugateGradient {
             Rows::new(&mut self.partial),
         );
         team.fill(columns, |blocks, (solution, residual, partial)| {
-            let vectors = solution
-                .chunks_mut(BLOCK)
-                .zip(residual.chunks_mut(BLOCK))
-                .zip(partial);
+            let vectors = solution.chunks_mut(BLOCK).zip(residual.chunks_mut(BLOCK)).zip(partial);
             for (block, ((solution, residual), partial)) in blocks.zip(vectors) {
                 let rows = block * BLOCK..block * BLOCK + solution.len();
                 for (x, d) in solution.iter_mut().zip(&direction[rows.clone()]) {
@@ -221,42 +196,30 @@ impl ConjugateGradient {
     /// `direction = residual + beta direction`.
     fn turn(&mut self, beta: f64, team: Team<'_>) {
         let residual = &self.residual;
-        team.fill(
-            Rows::of_width(&mut self.direction, BLOCK),
-            |blocks, direction| {
-                let first = blocks.start * BLOCK;
-                for (d, r) in direction.iter_mut().zip(&residual[first..]) {
-                    *d = r + beta * *d;
-                }
-            },
-        );
+        team.fill(Rows::of_width(&mut self.direction, BLOCK), |blocks, direction| {
+            let first = blocks.start * BLOCK;
+            for (d, r) in direction.iter_mut().zip(&residual[first..]) {
+                *d = r + beta * *d;
+            }
+        });
     }
 
     /// `|A solution - b|`.
     fn true_residual(&mut self, poisson: &Poisson, team: Team<'_>) -> f64 {
         let solution = &self.solution;
-        team.fill(
-            Rows::of_width(&mut self.residual, BLOCK),
-            |blocks, residual| {
-                for (row, residual) in (blocks.start * BLOCK..).zip(residual) {
-                    *residual = poisson.matrix.row_product(row, solution) - poisson.source[row];
-                }
-            },
-        );
+        team.fill(Rows::of_width(&mut self.residual, BLOCK), |blocks, residual| {
+            for (row, residual) in (blocks.start * BLOCK..).zip(residual) {
+                *residual = poisson.matrix.row_product(row, solution) - poisson.source[row];
+            }
+        });
         blocked_dot(&self.residual, &self.residual, &mut self.partial, team).sqrt()
     }
 
     pub fn bytes(&self) -> usize {
-        [
-            &self.solution,
-            &self.residual,
-            &self.direction,
-            &self.product,
-            &self.partial,
-        ]
-        .iter()
-        .map(|vector| vector.capacity() * size_of::<f64>())
-        .sum()
+        [&self.solution, &self.residual, &self.direction, &self.product, &self.partial]
+            .iter()
+            .map(|vector| vector.capacity() * size_of::<f64>())
+            .sum()
     }
 }
 
@@ -283,6 +246,5 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     for (strand, (a, b)) in strand.iter_mut().zip(a_rest.iter().zip(b_rest)) {
         *strand += a * b;
     }
-    ((strand[0] + strand[1]) + (strand[2] + strand[3]))
-        + ((strand[4] + strand[5]) + (strand[6] + strand[7]))
+    ((strand[0] + strand[1]) + (strand[2] + strand[3])) + ((strand[4] + strand[5]) + (strand[6] + strand[7]))
 }

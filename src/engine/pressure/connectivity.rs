@@ -31,9 +31,7 @@ impl Connectivity {
     pub fn new<C: CandidateSearch>(parameters: &Parameters, state: &State<C>) -> Self {
         Connectivity {
             radius_m: parameters.laplacian_radius_m(),
-            reach: (0..state.particles.len())
-                .map(|_| AtomicU8::new(NO_PART))
-                .collect(),
+            reach: (0..state.particles.len()).map(|_| AtomicU8::new(NO_PART)).collect(),
             reached_in: vec![false; state.buckets().grid.len()],
             enclosed: Vec::new(),
         }
@@ -81,11 +79,7 @@ impl Connectivity {
     }
 
     /// One level of the flood; returns how many particles it reached.
-    fn sweep<C: CandidateSearch, T: DistanceTest>(
-        &mut self,
-        unknowns: &Unknowns,
-        state: &State<C>,
-    ) -> usize {
+    fn sweep<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) -> usize {
         let (near, found) = (state.neighborhood(), AtomicUsize::new(0));
         let (reach, reached_in) = (&self.reach, &self.reached_in);
         let is_reached = |j: usize| reach[j].load(Relaxed) == REACHED;

@@ -33,11 +33,7 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
-    pub fn new<C: CandidateSearch>(
-        pressure: Pressure,
-        parameters: &Parameters,
-        state: &State<C>,
-    ) -> Self {
+    pub fn new<C: CandidateSearch>(pressure: Pressure, parameters: &Parameters, state: &State<C>) -> Self {
         let count = state.particles.len();
         let reference = parameters.reference(parameters.number_density_radius_m());
         Unknowns {
@@ -50,22 +46,17 @@ impl Unknowns {
 
     /// Labels every particle by its number density, and numbers the inner ones.
     pub fn find<C: CandidateSearch>(&mut self, state: &State<C>) {
-        let (kind, number_density, threshold) = (
-            &state.particles.kind,
-            &state.particles.number_density,
-            self.threshold,
-        );
-        state
-            .team()
-            .fill(Rows::new(&mut self.label), |range, label| {
-                for (i, label) in range.zip(label) {
-                    *label = match kind[i] {
-                        Kind::DummyWall | Kind::Ghost => Label::Outside,
-                        Kind::Fluid | Kind::Wall if number_density[i] < threshold => Label::Surface,
-                        Kind::Fluid | Kind::Wall => Label::Inner,
-                    };
-                }
-            });
+        let (kind, number_density, threshold) =
+            (&state.particles.kind, &state.particles.number_density, self.threshold);
+        state.team().fill(Rows::new(&mut self.label), |range, label| {
+            for (i, label) in range.zip(label) {
+                *label = match kind[i] {
+                    Kind::DummyWall | Kind::Ghost => Label::Outside,
+                    Kind::Fluid | Kind::Wall if number_density[i] < threshold => Label::Surface,
+                    Kind::Fluid | Kind::Wall => Label::Inner,
+                };
+            }
+        });
         self.rows.clear();
         for (i, (&label, row)) in self.label.iter().zip(&mut self.row_of).enumerate() {
             *row = NONE;
@@ -77,15 +68,10 @@ impl Unknowns {
     }
 
     pub fn surface_count(&self) -> usize {
-        self.label
-            .iter()
-            .filter(|&&label| label == Label::Surface)
-            .count()
+        self.label.iter().filter(|&&label| label == Label::Surface).count()
     }
 
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.label[..])
-            + size_of_val(&self.row_of[..])
-            + self.rows.capacity() * size_of::<u32>()
+        size_of_val(&self.label[..]) + size_of_val(&self.row_of[..]) + self.rows.capacity() * size_of::<u32>()
     }
 }

@@ -42,18 +42,11 @@ impl PressureGradient {
         state: &mut State<C>,
     ) {
         let team = state.workers.scheduled();
-        team.fill(
-            Rows::new(&mut state.particles.pressure),
-            |range, pressure| {
-                for (&row, p) in unknowns.row_of[range].iter().zip(pressure) {
-                    *p = if row == NONE {
-                        0.0
-                    } else {
-                        solution[row as usize].max(0.0)
-                    };
-                }
-            },
-        );
+        team.fill(Rows::new(&mut state.particles.pressure), |range, pressure| {
+            for (&row, p) in unknowns.row_of[range].iter().zip(pressure) {
+                *p = if row == NONE { 0.0 } else { solution[row as usize].max(0.0) };
+            }
+        });
     }
 
     /// Phase `minimum_pressure`, of fluid and wall particles.
@@ -62,32 +55,26 @@ impl PressureGradient {
         unknowns: &Unknowns,
         state: &State<C>,
     ) {
-        let (near, pressure, label, radius_m) = (
-            state.neighborhood(),
-            &state.particles.pressure,
-            &unknowns.label,
-            self.radius_m,
-        );
-        state
-            .team()
-            .fill(Rows::new(&mut self.minimum), |range, minimum| {
-                for (i, minimum) in range.zip(minimum) {
-                    if label[i] == Label::Outside {
-                        continue;
-                    }
-                    // No pressure is below zero, so zero needs no further look.
-                    let mut least = pressure[i];
-                    if least > 0.0 {
-                        near.any_neighbor::<T>(i, radius_m, |j, _, _| {
-                            if label[j] != Label::Outside && pressure[j] < least {
-                                least = pressure[j];
-                            }
-                            least <= 0.0
-                        });
-                    }
-                    *minimum = least;
+        let (near, pressure, label, radius_m) =
+            (state.neighborhood(), &state.particles.pressure, &unknowns.label, self.radius_m);
+        state.team().fill(Rows::new(&mut self.minimum), |range, minimum| {
+            for (i, minimum) in range.zip(minimum) {
+                if label[i] == Label::Outside {
+                    continue;
                 }
-            });
+                // No pressure is below zero, so zero needs no further look.
+                let mut least = pressure[i];
+                if least > 0.0 {
+                    near.any_neighbor::<T>(i, radius_m, |j, _, _| {
+                        if label[j] != Label::Outside && pressure[j] < least {
+                            least = pressure[j];
+                        }
+                        least <= 0.0
+                    });
+                }
+                *minimum = least;
+            }
+        });
     }
 
     /// Phase `pressure_gradient`, of fluid particles.
@@ -99,27 +86,24 @@ impl PressureGradient {
         let broken = FirstIndex::default();
         let forces = state.forces();
         let (near, pressure, label) = (&forces.near, forces.pressure, &unknowns.label);
-        forces
-            .team
-            .fill(Rows::new(forces.acceleration), |range, acceleration| {
-                for (i, a) in range.zip(acceleration) {
-                    if forces.kind[i] != Kind::Fluid {
-                        continue;
-                    }
-                    let (mut sum, minimum) = (ZERO, self.minimum[i]);
-                    near.for_each_neighbor::<T>(i, self.radius_m, |j, r_ij, r| {
-                        if label[j] != Label::Outside {
-                            let magnitude =
-                                (pressure[j] - minimum) * weight(r, self.radius_m) / (r * r);
-                            sum = add_scaled(sum, magnitude, r_ij);
-                        }
-                    });
-                    *a = add_scaled(*a, self.factor, sum);
-                    if !is_finite(*a) {
-                        broken.record(i);
-                    }
+        forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
+            for (i, a) in range.zip(acceleration) {
+                if forces.kind[i] != Kind::Fluid {
+                    continue;
                 }
-            });
+                let (mut sum, minimum) = (ZERO, self.minimum[i]);
+                near.for_each_neighbor::<T>(i, self.radius_m, |j, r_ij, r| {
+                    if label[j] != Label::Outside {
+                        let magnitude = (pressure[j] - minimum) * weight(r, self.radius_m) / (r * r);
+                        sum = add_scaled(sum, magnitude, r_ij);
+                    }
+                });
+                *a = add_scaled(*a, self.factor, sum);
+                if !is_finite(*a) {
+                    broken.record(i);
+                }
+            }
+        });
         state.require_finite(&broken, Phase::PressureGradient, "acceleration")
     }
 

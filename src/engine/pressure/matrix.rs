@@ -41,10 +41,7 @@ impl FromStr for Storage {
         match text {
             "ell" => Ok(Storage::Ell),
             "csr" => Ok(Storage::Csr),
-            _ => Err(format!(
-                "`{text}` is no matrix storage: allowed are {}",
-                Storage::ALLOWED
-            )),
+            _ => Err(format!("`{text}` is no matrix storage: allowed are {}", Storage::ALLOWED)),
         }
     }
 }
@@ -136,31 +133,24 @@ impl SparseMatrix {
             Rows::of_width(&mut self.columns[..rows * width], width),
             Rows::of_width(&mut self.values[..rows * width], width),
         );
-        workers
-            .scheduled()
-            .fill(all, |range, (diagonal, start, len, columns, values)| {
-                let first = range.start * width;
-                let (mut packed, mut longest_here) = (0, 0);
-                for (k, row) in range.enumerate() {
-                    let at = match storage {
-                        Storage::Ell => k * width,
-                        Storage::Csr => packed,
-                    };
-                    let (columns, values) =
-                        (&mut columns[at..at + width], &mut values[at..at + width]);
-                    let mut writer = RowWriter {
-                        columns,
-                        values,
-                        len: 0,
-                    };
-                    diagonal[k] = build(row, &mut writer);
-                    longest_here = longest_here.max(writer.len);
-                    let kept = writer.len.min(width);
-                    (start[k], len[k]) = (first + at, kept as u32);
-                    packed = at + kept;
-                }
-                longest.fetch_max(longest_here, Ordering::Relaxed);
-            });
+        workers.scheduled().fill(all, |range, (diagonal, start, len, columns, values)| {
+            let first = range.start * width;
+            let (mut packed, mut longest_here) = (0, 0);
+            for (k, row) in range.enumerate() {
+                let at = match storage {
+                    Storage::Ell => k * width,
+                    Storage::Csr => packed,
+                };
+                let (columns, values) = (&mut columns[at..at + width], &mut values[at..at + width]);
+                let mut writer = RowWriter { columns, values, len: 0 };
+                diagonal[k] = build(row, &mut writer);
+                longest_here = longest_here.max(writer.len);
+                let kept = writer.len.min(width);
+                (start[k], len[k]) = (first + at, kept as u32);
+                packed = at + kept;
+            }
+            longest.fetch_max(longest_here, Ordering::Relaxed);
+        });
         longest.into_inner()
     }
 
@@ -182,17 +172,14 @@ impl SparseMatrix {
                 strand[k] += value[k] * x[column[k] as usize];
             }
         }
-        for (strand, (&column, &value)) in
-            strand.iter_mut().zip(columns_rest.iter().zip(values_rest))
-        {
+        for (strand, (&column, &value)) in strand.iter_mut().zip(columns_rest.iter().zip(values_rest)) {
             *strand += value * x[column as usize];
         }
         self.diagonal[row] * x[row] + ((strand[0] + strand[1]) + (strand[2] + strand[3]))
     }
 
     pub fn bytes(&self) -> usize {
-        (self.diagonal.capacity() + self.start.capacity() + self.values.capacity())
-            * size_of::<f64>()
+        (self.diagonal.capacity() + self.start.capacity() + self.values.capacity()) * size_of::<f64>()
             + (self.len.capacity() + self.columns.capacity()) * size_of::<u32>()
     }
 }
@@ -221,9 +208,7 @@ mod tests {
         let x: Vec<f64> = (0..100).map(|i| (i as f64).sqrt()).collect();
         let expected: Vec<f64> = (0..100)
             .map(|row| {
-                let sum: f64 = (0..row % 7)
-                    .map(|k| -x[(row + 3 * k + 1) % 100] / (k + 1) as f64)
-                    .sum();
+                let sum: f64 = (0..row % 7).map(|k| -x[(row + 3 * k + 1) % 100] / (k + 1) as f64).sum();
                 10.0 * x[row] + sum
             })
             .collect();
@@ -236,12 +221,7 @@ mod tests {
                 matrix.assemble(100, &workers, build);
                 assert_eq!(matrix.entries(), (0..100).map(|row| row % 7).sum::<usize>());
                 let product: Vec<f64> = (0..100).map(|row| matrix.row_product(row, &x)).collect();
-                assert!(
-                    product
-                        .iter()
-                        .zip(&expected)
-                        .all(|(a, b)| (a - b).abs() < 1e-12)
-                );
+                assert!(product.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-12));
                 bits.push(product.iter().map(|p| p.to_bits()).collect::<Vec<_>>());
             }
         }

@@ -78,50 +78,24 @@ impl PressureSolve {
 
 impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
-        let PressureSolve {
-            number_density,
-            unknowns,
-            poisson,
-            connectivity,
-            solver,
-            gradient,
-        } = self;
+        let PressureSolve { number_density, unknowns, poisson, connectivity, solver, gradient } = self;
         state.refresh(probe)?;
-        within(probe, Phase::NumberDensity, || {
-            number_density.sum::<C, T>(state)
-        })?;
+        within(probe, Phase::NumberDensity, || number_density.sum::<C, T>(state))?;
         within(probe, Phase::BoundaryCondition, || unknowns.find(state));
         within(probe, Phase::Source, || poisson.set_source(unknowns, state));
-        within(probe, Phase::Matrix, || {
-            poisson.assemble::<C, T>(unknowns, state)
-        });
+        within(probe, Phase::Matrix, || poisson.assemble::<C, T>(unknowns, state));
         let enclosed = within(probe, Phase::Connectivity, || {
             let enclosed = connectivity.find_enclosed::<C, T>(unknowns, state);
             poisson.anchor(enclosed);
             enclosed.len()
         });
-        let cg = within(probe, Phase::Cg, || solver.solve(poisson, &state.workers)).map_err(
-            |source| SimulationError::Solver {
-                step: state.step,
-                source,
-            },
-        )?;
-        within(probe, Phase::Clamp, || {
-            gradient.set_pressure(unknowns, solver.solution(), state)
-        });
-        within(probe, Phase::MinimumPressure, || {
-            gradient.find_minimum::<C, T>(unknowns, state)
-        });
-        within(probe, Phase::PressureGradient, || {
-            gradient.accelerate::<C, T>(unknowns, state)
-        })?;
+        let cg = within(probe, Phase::Cg, || solver.solve(poisson, &state.workers))
+            .map_err(|source| SimulationError::Solver { step: state.step, source })?;
+        within(probe, Phase::Clamp, || gradient.set_pressure(unknowns, solver.solution(), state));
+        within(probe, Phase::MinimumPressure, || gradient.find_minimum::<C, T>(unknowns, state));
+        within(probe, Phase::PressureGradient, || gradient.accelerate::<C, T>(unknowns, state))?;
         let (rows, surface) = (unknowns.rows.len(), unknowns.surface_count());
-        state.pressure = Some(PressureReport {
-            cg,
-            unknowns: rows,
-            surface,
-            enclosed,
-        });
+        state.pressure = Some(PressureReport { cg, unknowns: rows, surface, enclosed });
         Ok(())
     }
 

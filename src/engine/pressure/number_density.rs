@@ -16,9 +16,7 @@ pub struct NumberDensity {
 
 impl NumberDensity {
     pub fn new(parameters: &Parameters) -> Self {
-        NumberDensity {
-            radius_m: parameters.number_density_radius_m(),
-        }
+        NumberDensity { radius_m: parameters.number_density_radius_m() }
     }
 
     /// Sums the weights of all neighbours into `state.particles.number_density`.
@@ -29,23 +27,19 @@ impl NumberDensity {
         let broken = FirstIndex::default();
         let mut column = std::mem::take(&mut state.particles.number_density);
         let (near, kind) = (state.neighborhood(), &state.particles.kind);
-        state
-            .team()
-            .fill(Rows::new(&mut column), |range, number_density| {
-                for (i, n) in range.zip(number_density) {
-                    if kind[i] == Kind::Ghost {
-                        continue;
-                    }
-                    let mut sum = 0.0;
-                    near.for_each_neighbor::<T>(i, self.radius_m, |_, _, r| {
-                        sum += weight(r, self.radius_m)
-                    });
-                    *n = sum;
-                    if !sum.is_finite() {
-                        broken.record(i);
-                    }
+        state.team().fill(Rows::new(&mut column), |range, number_density| {
+            for (i, n) in range.zip(number_density) {
+                if kind[i] == Kind::Ghost {
+                    continue;
                 }
-            });
+                let mut sum = 0.0;
+                near.for_each_neighbor::<T>(i, self.radius_m, |_, _, r| sum += weight(r, self.radius_m));
+                *n = sum;
+                if !sum.is_finite() {
+                    broken.record(i);
+                }
+            }
+        });
         state.particles.number_density = column;
         state.require_finite(&broken, Phase::NumberDensity, "number density")
     }

@@ -42,9 +42,7 @@ impl Poisson {
             coefficient: parameters.laplacian_factor() / parameters.density_kg_m3,
             compressibility: pressure.compressibility_1_pa / dt2,
             relaxation: pressure.source_relaxation / dt2,
-            n0: parameters
-                .reference(parameters.number_density_radius_m())
-                .number_density,
+            n0: parameters.reference(parameters.number_density_radius_m()).number_density,
             matrix: SparseMatrix::new(storage, lattice.neighbors),
             source: Vec::new(),
             quiet: true,
@@ -55,49 +53,29 @@ impl Poisson {
     pub fn set_source<C: CandidateSearch>(&mut self, unknowns: &Unknowns, state: &State<C>) {
         let (n, n0) = (&state.particles.number_density, self.n0);
         self.source.clear();
-        self.source.extend(
-            unknowns
-                .rows
-                .iter()
-                .map(|&i| self.relaxation * ((n[i as usize] - n0) / n0)),
-        );
-        self.quiet = unknowns
-            .rows
-            .iter()
-            .all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
+        self.source.extend(unknowns.rows.iter().map(|&i| self.relaxation * ((n[i as usize] - n0) / n0)));
+        self.quiet = unknowns.rows.iter().all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
     }
 
     /// Phase `matrix`.
-    pub fn assemble<C: CandidateSearch, T: DistanceTest>(
-        &mut self,
-        unknowns: &Unknowns,
-        state: &State<C>,
-    ) {
+    pub fn assemble<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
         let near = state.neighborhood();
-        let Unknowns {
-            label,
-            rows,
-            row_of,
-            ..
-        } = unknowns;
+        let Unknowns { label, rows, row_of, .. } = unknowns;
         let (radius_m, coefficient, compressibility) =
             (self.radius_m, self.coefficient, self.compressibility);
-        self.matrix
-            .assemble(rows.len(), &state.workers, |row, entries| {
-                let mut sum = 0.0;
-                near.for_each_neighbor::<T>(rows[row] as usize, radius_m, |j, _, r| {
-                    match label[j] {
-                        Label::Outside => {}
-                        Label::Surface => sum += coefficient * weight(r, radius_m),
-                        Label::Inner => {
-                            let c = coefficient * weight(r, radius_m);
-                            sum += c;
-                            entries.push(row_of[j], -c);
-                        }
-                    }
-                });
-                sum + compressibility
+        self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
+            let mut sum = 0.0;
+            near.for_each_neighbor::<T>(rows[row] as usize, radius_m, |j, _, r| match label[j] {
+                Label::Outside => {}
+                Label::Surface => sum += coefficient * weight(r, radius_m),
+                Label::Inner => {
+                    let c = coefficient * weight(r, radius_m);
+                    sum += c;
+                    entries.push(row_of[j], -c);
+                }
             });
+            sum + compressibility
+        });
     }
 
     /// Doubles the diagonal of rows without a path to a known pressure, whose system would be singular but for the

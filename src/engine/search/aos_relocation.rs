@@ -46,10 +46,7 @@ impl CandidateSearch for AosRelocation {
         if !self.copy_rows(positions, team) {
             self.widen();
             let fits = self.copy_rows(positions, team);
-            assert!(
-                fits,
-                "a row as wide as the fullest bucket holds every bucket"
-            );
+            assert!(fits, "a row as wide as the fullest bucket holds every bucket");
         }
     }
 
@@ -70,10 +67,7 @@ impl CandidateSearch for AosRelocation {
             let start = bucket * self.width;
             let row = start..start + self.readable[bucket] as usize;
             let (index, position) = (&self.index[row.clone()], &self.position[row]);
-            index
-                .iter()
-                .zip(position)
-                .any(|(&j, there)| stop_at(j as usize, there))
+            index.iter().zip(position).any(|(&j, there)| stop_at(j as usize, there))
         })
     }
 
@@ -106,10 +100,7 @@ impl AosRelocation {
             Rows::new(&mut self.readable),
         );
         team.fill(columns, |range, (position, index, readable)| {
-            let rows = position
-                .chunks_exact_mut(width)
-                .zip(index.chunks_exact_mut(width))
-                .zip(readable);
+            let rows = position.chunks_exact_mut(width).zip(index.chunks_exact_mut(width)).zip(readable);
             for (bucket, ((position, index), readable)) in range.zip(rows) {
                 let mut count = 0;
                 lists.any_in_bucket(bucket, |j| {

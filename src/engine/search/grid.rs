@@ -41,11 +41,7 @@ impl Grid {
         let cells = extent_m.map(|e| (e / side).floor() + 3.0);
         let product = cells[0] * cells[1] * cells[2];
         if product.is_nan() || product > Self::MAX_BUCKETS as f64 {
-            return Err(TooManyBuckets {
-                extent_m,
-                side_m: side,
-                cells: product,
-            });
+            return Err(TooManyBuckets { extent_m, side_m: side, cells: product });
         }
         let cells = cells.map(|c| c as usize);
         let mut neighborhood = [0; 27];
@@ -53,12 +49,7 @@ impl Grid {
             let [dx, dy, dz] = [k / 9, k / 3 % 3, k % 3].map(|d| d as isize - 1);
             *offset = (dx * cells[1] as isize + dy) * cells[2] as isize + dz;
         }
-        Ok(Grid {
-            domain,
-            side,
-            cells,
-            neighborhood,
-        })
+        Ok(Grid { domain, side, cells, neighborhood })
     }
 
     /// The number of buckets.
@@ -86,9 +77,7 @@ impl Grid {
     /// The 27 buckets around `bucket`, itself among them: offsets -1..1 with x outermost, then y, then z.
     #[inline(always)]
     pub fn neighborhood(&self, bucket: usize) -> impl Iterator<Item = usize> + '_ {
-        self.neighborhood
-            .iter()
-            .map(move |offset| bucket.wrapping_add_signed(*offset))
+        self.neighborhood.iter().map(move |offset| bucket.wrapping_add_signed(*offset))
     }
 }
 
@@ -132,10 +121,7 @@ impl Buckets {
                 );
             }
         });
-        Assigned {
-            not_finite: not_finite.get(),
-            someone_left: left.get().is_some(),
-        }
+        Assigned { not_finite: not_finite.get(), someone_left: left.get().is_some() }
     }
 }
 
@@ -144,14 +130,7 @@ mod tests {
     use super::*;
 
     fn grid() -> Grid {
-        Grid::new(
-            Domain {
-                low: [-1.0, 0.0, 2.0],
-                high: [1.0, 1.05, 2.3],
-            },
-            0.1,
-        )
-        .unwrap()
+        Grid::new(Domain { low: [-1.0, 0.0, 2.0], high: [1.0, 1.05, 2.3] }, 0.1).unwrap()
     }
 
     #[test]
@@ -163,46 +142,21 @@ mod tests {
         assert!(grid.neighborhood(opposite).all(|b| b < grid.len()));
         assert!(grid.neighborhood(corner).is_sorted());
         assert_eq!(grid.neighborhood(corner).nth(13), Some(corner));
-        assert_eq!(
-            grid.bucket_at([-0.85, 0.0, 2.0]),
-            grid.neighborhood(corner).nth(22)
-        );
+        assert_eq!(grid.bucket_at([-0.85, 0.0, 2.0]), grid.neighborhood(corner).nth(22));
     }
 
     #[test]
     fn only_the_domain_has_buckets() {
         let grid = grid();
-        for outside in [
-            [-1.001, 0.5, 2.1],
-            [0.0, 1.06, 2.1],
-            [0.0, 0.5, 1.999],
-            [f64::NAN, 0.5, 2.1],
-        ] {
+        for outside in [[-1.001, 0.5, 2.1], [0.0, 1.06, 2.1], [0.0, 0.5, 1.999], [f64::NAN, 0.5, 2.1]] {
             assert_eq!(grid.bucket_at(outside), None);
         }
     }
 
     #[test]
     fn a_domain_of_too_many_buckets_is_refused() {
-        let domain = Domain {
-            low: [0.0; 3],
-            high: [1e6; 3],
-        };
-        assert!(
-            Grid::new(domain, 1e-3)
-                .unwrap_err()
-                .to_string()
-                .contains("particle_distance_m")
-        );
-        assert!(
-            Grid::new(
-                Domain {
-                    low: [0.0; 3],
-                    high: [f64::NAN; 3]
-                },
-                1e-3
-            )
-            .is_err()
-        );
+        let domain = Domain { low: [0.0; 3], high: [1e6; 3] };
+        assert!(Grid::new(domain, 1e-3).unwrap_err().to_string().contains("particle_distance_m"));
+        assert!(Grid::new(Domain { low: [0.0; 3], high: [f64::NAN; 3] }, 1e-3).is_err());
     }
 }

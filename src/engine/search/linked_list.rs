@@ -24,11 +24,7 @@ pub struct LinkedList {
 impl LinkedList {
     /// Calls `stop_at` for the particles of `bucket` by ascending index until it returns true; tells whether it did.
     #[inline(always)]
-    pub(super) fn any_in_bucket(
-        &self,
-        bucket: usize,
-        mut stop_at: impl FnMut(usize) -> bool,
-    ) -> bool {
+    pub(super) fn any_in_bucket(&self, bucket: usize, mut stop_at: impl FnMut(usize) -> bool) -> bool {
         // `NONE` is beyond the end of every column, so that the end of the list needs no test of its own.
         let mut j = self.first[bucket] as usize;
         while let Some(next) = self.next.get(j) {
@@ -55,25 +51,21 @@ impl CandidateSearch for LinkedList {
     fn build(&mut self, buckets: &Buckets, workers: &Workers) {
         let next = &self.next;
         let columns = (Rows::new(&mut self.first), Rows::new(&mut self.last));
-        workers
-            .shared_evenly()
-            .fill(columns, |mine, (first, last)| {
-                first.fill(NONE);
-                for (i, &bucket) in buckets.of_particle.iter().enumerate() {
-                    let Some(place) = (bucket as usize)
-                        .checked_sub(mine.start)
-                        .filter(|p| *p < first.len())
-                    else {
-                        continue;
-                    };
-                    match first[place] {
-                        NONE => first[place] = i as u32,
-                        _ => next[last[place] as usize].store(i as u32, Relaxed),
-                    }
-                    next[i].store(NONE, Relaxed);
-                    last[place] = i as u32;
+        workers.shared_evenly().fill(columns, |mine, (first, last)| {
+            first.fill(NONE);
+            for (i, &bucket) in buckets.of_particle.iter().enumerate() {
+                let Some(place) = (bucket as usize).checked_sub(mine.start).filter(|p| *p < first.len())
+                else {
+                    continue;
+                };
+                match first[place] {
+                    NONE => first[place] = i as u32,
+                    _ => next[last[place] as usize].store(i as u32, Relaxed),
                 }
-            });
+                next[i].store(NONE, Relaxed);
+                last[place] = i as u32;
+            }
+        });
     }
 
     const RELOCATES: bool = false;
@@ -88,9 +80,10 @@ impl CandidateSearch for LinkedList {
         mut stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool {
         let home = buckets.of_particle[i] as usize;
-        buckets.grid.neighborhood(home).any(|bucket| {
-            enter(bucket) && self.any_in_bucket(bucket, |j| stop_at(j, &positions[j]))
-        })
+        buckets
+            .grid
+            .neighborhood(home)
+            .any(|bucket| enter(bucket) && self.any_in_bucket(bucket, |j| stop_at(j, &positions[j])))
     }
 
     fn bytes(&self) -> usize {

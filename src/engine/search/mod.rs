@@ -110,19 +110,18 @@ impl<C: CandidateSearch> Neighborhood<'_, C> {
     ) -> bool {
         let here = self.positions[i];
         let everywhere = |_| true;
-        self.candidates
-            .any_candidate(self.buckets, self.positions, i, everywhere, |j, there| {
-                let r_ij = sub(*there, here);
-                match T::within(dot(r_ij, r_ij), radius) {
-                    Some(r) => {
-                        // One candidate in ten is a neighbour. Told so, the compiler keeps the branch; otherwise it may
-                        // work out root and quotient of every candidate, which doubled the time of the density.
-                        cold_path();
-                        j != i && stop_at(j, r_ij, r)
-                    }
-                    None => false,
+        self.candidates.any_candidate(self.buckets, self.positions, i, everywhere, |j, there| {
+            let r_ij = sub(*there, here);
+            match T::within(dot(r_ij, r_ij), radius) {
+                Some(r) => {
+                    // One candidate in ten is a neighbour. Told so, the compiler keeps the branch; otherwise it may
+                    // work out root and quotient of every candidate, which doubled the time of the density.
+                    cold_path();
+                    j != i && stop_at(j, r_ij, r)
                 }
-            })
+                None => false,
+            }
+        })
     }
 
     /// Whether a particle `j` for which `wanted(j)` holds lies within `radius` metres of particle `i`. Looks only into
@@ -136,12 +135,11 @@ impl<C: CandidateSearch> Neighborhood<'_, C> {
         wanted: impl Fn(usize) -> bool,
     ) -> bool {
         let here = self.positions[i];
-        self.candidates
-            .any_candidate(self.buckets, self.positions, i, enter, |j, there| {
-                wanted(j) && j != i && {
-                    let r_ij = sub(*there, here);
-                    T::within(dot(r_ij, r_ij), radius).is_some()
-                }
-            })
+        self.candidates.any_candidate(self.buckets, self.positions, i, enter, |j, there| {
+            wanted(j) && j != i && {
+                let r_ij = sub(*there, here);
+                T::within(dot(r_ij, r_ij), radius).is_some()
+            }
+        })
     }
 }

@@ -27,10 +27,7 @@ pub(super) fn facts(source: &Source, whole: &Topology) -> Vec<Fact> {
         }
     }
     let none = Cache::default();
-    NAMES
-        .iter()
-        .flat_map(|name| facts_of(name, caches.get(*name).unwrap_or(&none)))
-        .collect()
+    NAMES.iter().flat_map(|name| facts_of(name, caches.get(*name).unwrap_or(&none))).collect()
 }
 
 fn add(caches: &mut BTreeMap<&str, Cache>, source: &Source, directory: &str) {

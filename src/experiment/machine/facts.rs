@@ -39,9 +39,7 @@ fn identity_facts(source: &Source, processor: &Processor) -> Vec<Fact> {
 fn count_facts(source: &Source, whole: &Topology, usable: &Topology) -> Vec<Fact> {
     let fact = |key, value| Fact::new("cpu", key, "", value);
     let online = source.cpu_list("sys/devices/system/cpu/online").len();
-    let nodes = source
-        .numbered_entries("sys/devices/system/node", "node")
-        .len();
+    let nodes = source.numbered_entries("sys/devices/system/node", "node").len();
     let present = |count: usize| Reading::found(Some(count).filter(|&count| count > 0));
     let described = |count: usize| Reading::found(is_described(source, whole).then_some(count));
     vec![
@@ -51,18 +49,10 @@ fn count_facts(source: &Source, whole: &Topology, usable: &Topology) -> Vec<Fact
         fact("usable_physical_cores", described(usable.physical_cores())),
         fact("sockets", described(sockets(whole))),
         fact("threads_per_core", described(threads_per_core(whole))),
-        fact(
-            "smt_active",
-            source.switch("sys/devices/system/cpu/smt/active"),
-        ),
+        fact("smt_active", source.switch("sys/devices/system/cpu/smt/active")),
         fact("numa_nodes", present(nodes)),
         fact("hybrid", hybrid(source, whole)),
-        Fact::new(
-            "cpu",
-            "cgroup_cpu_quota",
-            "CPUs",
-            Quota::read(source).reading(),
-        ),
+        Fact::new("cpu", "cgroup_cpu_quota", "CPUs", Quota::read(source).reading()),
     ]
 }
 
@@ -102,17 +92,9 @@ fn memory_facts(source: &Source) -> Vec<Fact> {
     let balancing = source.text("proc/sys/kernel/numa_balancing");
     vec![
         fact("total_bytes", "bytes", entry("MemTotal").extract(kibibytes)),
-        fact(
-            "available_bytes",
-            "bytes",
-            entry("MemAvailable").extract(kibibytes),
-        ),
+        fact("available_bytes", "bytes", entry("MemAvailable").extract(kibibytes)),
         fact("transparent_huge_pages", "", huge.extract(chosen)),
-        fact(
-            "huge_pages_total",
-            "pages",
-            entry("HugePages_Total").extract(count),
-        ),
+        fact("huge_pages_total", "pages", entry("HugePages_Total").extract(count)),
         fact("numa_balancing", "", balancing),
     ]
 }
@@ -151,11 +133,7 @@ fn system_facts(source: &Source) -> Vec<Fact> {
         fact("load_1min", "threads", load(0)),
         fact("load_5min", "threads", load(1)),
         fact("load_15min", "threads", load(2)),
-        fact(
-            "cpu_pressure_avg10",
-            "%",
-            pressure.extract(|_| cpu_pressure_avg10(source)),
-        ),
+        fact("cpu_pressure_avg10", "%", pressure.extract(|_| cpu_pressure_avg10(source))),
         fact("clock_source", "", source.text(clock)),
         fact("address_space_randomisation", "", layout),
         fact("perf_event_paranoid", "", counters),
@@ -168,9 +146,7 @@ fn distribution(source: &Source) -> Reading {
     let release = source.text("etc/os-release");
     let release = release.or_else(|| source.text("usr/lib/os-release"));
     release.extract(|text| {
-        let name = text
-            .lines()
-            .find_map(|line| line.strip_prefix("PRETTY_NAME="))?;
+        let name = text.lines().find_map(|line| line.strip_prefix("PRETTY_NAME="))?;
         Some(name.trim_matches(['"', '\'']).to_owned())
     })
 }

@@ -46,18 +46,12 @@ impl Tree {
     fn cpu(&self, id: usize, siblings: &str, package: usize) {
         let directory = format!("sys/devices/system/cpu/cpu{id}/topology");
         self.write(&format!("{directory}/core_cpus_list"), siblings);
-        self.write(
-            &format!("{directory}/physical_package_id"),
-            &package.to_string(),
-        );
+        self.write(&format!("{directory}/physical_package_id"), &package.to_string());
     }
 
     fn cache(&self, id: usize, index: usize, description: [&str; 4]) {
         let directory = format!("sys/devices/system/cpu/cpu{id}/cache/index{index}");
-        for (file, text) in ["level", "type", "size", "shared_cpu_list"]
-            .iter()
-            .zip(description)
-        {
+        for (file, text) in ["level", "type", "size", "shared_cpu_list"].iter().zip(description) {
             self.write(&format!("{directory}/{file}"), text);
         }
     }
@@ -124,10 +118,7 @@ fn server_system(tree: &Tree) {
     let policy = "sys/devices/system/cpu/cpufreq/policy";
     tree.write(&format!("{policy}0/scaling_cur_freq"), "2400000\n");
     tree.write(&format!("{policy}32/scaling_cur_freq"), "2500000\n");
-    tree.write(
-        "proc/meminfo",
-        "MemTotal: 263846912 kB\nHugePages_Total: 0\n",
-    );
+    tree.write("proc/meminfo", "MemTotal: 263846912 kB\nHugePages_Total: 0\n");
     tree.write("proc/loadavg", "3.50 2.00 1.00 2/900 4242\n");
     tree.write("proc/pressure/cpu", "some avg10=1.25 avg60=0.50 total=9\n");
     tree.write("proc/stat", "cpu  9 0 4 1 0 0 3 47 0 0\ncpu0 1 0\n");
@@ -138,19 +129,10 @@ fn server_system(tree: &Tree) {
     }
     tree.write("proc/sys/kernel/osrelease", "6.1.0-amd64\n");
     tree.write("proc/sys/kernel/hostname", "hidden-host\n");
-    tree.write(
-        "proc/version",
-        "Linux version 6.1.0 (hidden-user@hidden-host)\n",
-    );
+    tree.write("proc/version", "Linux version 6.1.0 (hidden-user@hidden-host)\n");
     tree.write("proc/self/cgroup", "0::/user.slice/hidden-user.scope\n");
-    tree.write(
-        "etc/os-release",
-        "NAME=Example\nPRETTY_NAME=\"Example GNU/Linux 12\"\n",
-    );
-    tree.write(
-        "sys/kernel/mm/transparent_hugepage/enabled",
-        "always [madvise] never\n",
-    );
+    tree.write("etc/os-release", "NAME=Example\nPRETTY_NAME=\"Example GNU/Linux 12\"\n");
+    tree.write("sys/kernel/mm/transparent_hugepage/enabled", "always [madvise] never\n");
 }
 
 /// Four strong cores with two threads each, numbered in pairs, and four weak ones with one.
@@ -161,18 +143,11 @@ pub(super) fn laptop() -> Tree {
         let strong = id < 8;
         let pair = format!("{}-{}", id / 2 * 2, id / 2 * 2 + 1);
         let siblings = if strong { pair.clone() } else { id.to_string() };
-        let (capacity, size) = if strong {
-            ("1024", "1280K")
-        } else {
-            ("640", "2M")
-        };
+        let (capacity, size) = if strong { ("1024", "1280K") } else { ("640", "2M") };
         let shared = if strong { pair.as_str() } else { "8-11" };
         tree.cpu(id, &siblings, 0);
         tree.cache(id, 0, ["2", "Unified", size, shared]);
-        tree.write(
-            &format!("sys/devices/system/cpu/cpu{id}/cpu_capacity"),
-            capacity,
-        );
+        tree.write(&format!("sys/devices/system/cpu/cpu{id}/cpu_capacity"), capacity);
     }
     tree
 }

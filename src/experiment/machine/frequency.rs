@@ -20,10 +20,7 @@ pub(super) fn facts(source: &Source, processor: &Processor, whole: &Topology) ->
         frequency("base_frequency_mhz", base),
         frequency("current_frequency_mhz", current),
         frequency("highest_frequency_mhz", policy("cpuinfo_max_freq")),
-        setting(
-            "frequency_governor",
-            all_of(source, whole, "scaling_governor"),
-        ),
+        setting("frequency_governor", all_of(source, whole, "scaling_governor")),
         setting("frequency_driver", all_of(source, whole, "scaling_driver")),
         setting("boost", boost(source)),
     ]
@@ -45,10 +42,7 @@ fn positive(text: &str) -> Option<f64> {
 
 /// The settings of all CPUs, joined by `+` where they differ.
 fn all_of(source: &Source, whole: &Topology, file: &str) -> Reading {
-    let readings = whole
-        .cpus
-        .iter()
-        .map(|cpu| policy_text(source, cpu.id, file));
+    let readings = whole.cpus.iter().map(|cpu| policy_text(source, cpu.id, file));
     let readings: Vec<Reading> = readings.collect();
     let values: BTreeSet<&str> = readings.iter().filter_map(Reading::value).collect();
     if values.is_empty() {
@@ -59,12 +53,10 @@ fn all_of(source: &Source, whole: &Topology, file: &str) -> Reading {
 
 /// Some drivers tell whether the clock may exceed its base frequency, one tells the opposite.
 fn boost(source: &Source) -> Reading {
-    source
-        .switch("sys/devices/system/cpu/cpufreq/boost")
-        .or_else(|| {
-            let forbidden = source.switch("sys/devices/system/cpu/intel_pstate/no_turbo");
-            forbidden.extract(|answer| Some(if answer == "yes" { "no" } else { "yes" }))
-        })
+    source.switch("sys/devices/system/cpu/cpufreq/boost").or_else(|| {
+        let forbidden = source.switch("sys/devices/system/cpu/intel_pstate/no_turbo");
+        forbidden.extract(|answer| Some(if answer == "yes" { "no" } else { "yes" }))
+    })
 }
 
 #[cfg(test)]

@@ -33,14 +33,8 @@ pub(super) fn alias(wish: Option<&str>, facts: &[Fact], physical_cores: usize) -
 /// tell processors apart.
 fn model_words(model: &str) -> String {
     let name = model.split('@').next().unwrap_or("");
-    let telling = name
-        .split_whitespace()
-        .filter(|word| !word.to_ascii_lowercase().ends_with("-core"));
-    telling
-        .flat_map(words)
-        .filter(|word| !EMPTY_WORDS.contains(&word.as_str()))
-        .collect::<Vec<_>>()
-        .join("-")
+    let telling = name.split_whitespace().filter(|word| !word.to_ascii_lowercase().ends_with("-core"));
+    telling.flat_map(words).filter(|word| !EMPTY_WORDS.contains(&word.as_str())).collect::<Vec<_>>().join("-")
 }
 
 /// The runs of letters a-z and digits, in lower case.
@@ -62,18 +56,9 @@ fn shorten(name: &str, longest: usize) -> String {
 pub(super) fn machine_id(facts: &[Fact], whole: &Topology) -> String {
     let mut text = format!("machine 1\n{}\n{}\n", consts::OS, consts::ARCH);
     let memory = value(facts, "total_bytes").and_then(|bytes| bytes.parse().ok());
-    add(
-        &mut text,
-        "memory GiB",
-        &memory.map_or(0, whole_gibibytes).to_string(),
-    );
+    add(&mut text, "memory GiB", &memory.map_or(0, whole_gibibytes).to_string());
     add(&mut text, "model", value(facts, "model_name").unwrap_or(""));
-    for key in [
-        "l1d_size_bytes",
-        "l1i_size_bytes",
-        "l2_size_bytes",
-        "l3_size_bytes",
-    ] {
+    for key in ["l1d_size_bytes", "l1i_size_bytes", "l2_size_bytes", "l3_size_bytes"] {
         add(&mut text, key, value(facts, key).unwrap_or(""));
     }
     for cpu in &whole.cpus {
@@ -81,14 +66,11 @@ pub(super) fn machine_id(facts: &[Fact], whole: &Topology) -> String {
         add(&mut text, &cpu.id.to_string(), &place);
     }
     let digest = Sha256::digest(text.as_bytes());
-    digest
-        .iter()
-        .take(6)
-        .fold(String::new(), |mut digits, byte| {
-            // Writing to a string cannot fail.
-            let _ = write!(digits, "{byte:02x}");
-            digits
-        })
+    digest.iter().take(6).fold(String::new(), |mut digits, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(digits, "{byte:02x}");
+        digits
+    })
 }
 
 fn add(text: &mut String, key: &str, value: &str) {
@@ -121,14 +103,8 @@ mod tests {
     #[test]
     fn an_alias_tells_the_processor_and_its_cores() {
         assert_eq!(alias_of("AMD EPYC", 2), "amd-epyc-2c");
-        assert_eq!(
-            alias_of("AMD EPYC 7763 64-Core Processor", 64),
-            "amd-epyc-7763-64c"
-        );
-        assert_eq!(
-            alias_of("Intel(R) Xeon(R) Platinum 8480+ @ 2.00GHz", 56),
-            "intel-xeon-platinum-8480-56c"
-        );
+        assert_eq!(alias_of("AMD EPYC 7763 64-Core Processor", 64), "amd-epyc-7763-64c");
+        assert_eq!(alias_of("Intel(R) Xeon(R) Platinum 8480+ @ 2.00GHz", 56), "intel-xeon-platinum-8480-56c");
         assert_eq!(alias_of("Arm part 0xd0c", 4), "arm-part-0xd0c-4c");
     }
 

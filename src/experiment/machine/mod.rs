@@ -93,9 +93,7 @@ fn allowed_below(root: &Path, source: &Source) -> Vec<usize> {
         return allowed_cpus();
     }
     let status = source.text("proc/self/status");
-    let listed = status
-        .value()
-        .and_then(|text| field(text, "Cpus_allowed_list"));
+    let listed = status.value().and_then(|text| field(text, "Cpus_allowed_list"));
     match listed.map(parse_cpu_list) {
         Some(cpus) if !cpus.is_empty() => cpus.into_iter().collect(),
         _ => online_or(source, vec![0]),

@@ -44,13 +44,8 @@ impl Noise {
 /// The line wanted reads `some avg10=1.25 avg60=0.50 avg300=0.10 total=12345`.
 pub(super) fn cpu_pressure_avg10(source: &Source) -> Option<f64> {
     let pressure = source.text("proc/pressure/cpu");
-    let some = pressure
-        .value()?
-        .lines()
-        .find_map(|line| line.strip_prefix("some "))?;
-    let share = some
-        .split_whitespace()
-        .find_map(|word| word.strip_prefix("avg10="))?;
+    let some = pressure.value()?.lines().find_map(|line| line.strip_prefix("some "))?;
+    let share = some.split_whitespace().find_map(|word| word.strip_prefix("avg10="))?;
     sensible(share)
 }
 
@@ -128,10 +123,7 @@ mod tests {
         tree.write("proc/pressure/cpu", "some avg10=nan\nfull avg10=1\n");
         tree.write("proc/loadavg", "inf 1 2 1/2 3\n");
         tree.write("proc/stat", "cpu 1 2 3\ncpu0 1 2 3 4 5 6 7 8\n");
-        tree.write(
-            "proc/self/task/7/status",
-            "nonvoluntary_ctxt_switches: many\n",
-        );
+        tree.write("proc/self/task/7/status", "nonvoluntary_ctxt_switches: many\n");
         let frequency = "sys/devices/system/cpu/cpufreq/policy0/scaling_cur_freq";
         tree.write(frequency, "<unknown>\n");
         assert_eq!(Noise::sample(tree.root()), Noise::default());

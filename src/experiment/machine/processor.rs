@@ -7,8 +7,8 @@ use super::source::{Source, field, fields};
 
 /// Instruction sets that change how fast numerical code can be, in the kernel's spelling.
 const INSTRUCTION_SETS: [&str; 20] = [
-    "sse2", "ssse3", "sse4_1", "sse4_2", "avx", "f16c", "fma", "avx2", "bmi1", "bmi2", "avx_vnni",
-    "avx512f", "avx512dq", "avx512bw", "avx512vl", "neon", "asimd", "sve", "sve2", "v",
+    "sse2", "ssse3", "sse4_1", "sse4_2", "avx", "f16c", "fma", "avx2", "bmi1", "bmi2", "avx_vnni", "avx512f",
+    "avx512dq", "avx512bw", "avx512vl", "neon", "asimd", "sve", "sve2", "v",
 ];
 
 /// The companies behind the implementer codes of Arm processors.
@@ -32,20 +32,16 @@ pub(super) struct Processor {
 
 impl Processor {
     pub(super) fn read(source: &Source) -> Processor {
-        Processor {
-            text: source.text("proc/cpuinfo"),
-        }
+        Processor { text: source.text("proc/cpuinfo") }
     }
 
     /// The name under which the processor is sold or, on Arm, the codes of its designs.
     pub(super) fn model_name(&self) -> Reading {
-        self.first_of(&["model name", "cpu model", "uarch", "cpu"])
-            .or_else(|| self.text.extract(arm_design))
+        self.first_of(&["model name", "cpu model", "uarch", "cpu"]).or_else(|| self.text.extract(arm_design))
     }
 
     pub(super) fn vendor(&self) -> Reading {
-        self.first_of(&["vendor_id"])
-            .or_else(|| self.text.extract(arm_implementer))
+        self.first_of(&["vendor_id"]).or_else(|| self.text.extract(arm_implementer))
     }
 
     /// The instruction sets that matter here, separated by blanks.
@@ -77,18 +73,14 @@ impl Processor {
     }
 
     fn first_of(&self, keys: &[&str]) -> Reading {
-        self.text
-            .extract(|text| keys.iter().find_map(move |key| field(text, key)))
+        self.text.extract(|text| keys.iter().find_map(move |key| field(text, key)))
     }
 }
 
 fn arm_implementer(text: &str) -> Option<String> {
     let code = field(text, "CPU implementer")?;
     let named = IMPLEMENTERS.iter().find(|(known, _)| *known == code);
-    Some(named.map_or_else(
-        || format!("implementer {code}"),
-        |(_, name)| (*name).to_owned(),
-    ))
+    Some(named.map_or_else(|| format!("implementer {code}"), |(_, name)| (*name).to_owned()))
 }
 
 /// Processors with several kinds of core list several designs.
@@ -107,15 +99,9 @@ mod tests {
     #[test]
     fn the_server_tells_name_vendor_and_instruction_sets() {
         let processor = Processor::read(&fixture::server().source());
-        assert_eq!(
-            processor.model_name(),
-            Reading::known("Example Xeon(R) Gold 9999 CPU @ 2.40GHz")
-        );
+        assert_eq!(processor.model_name(), Reading::known("Example Xeon(R) Gold 9999 CPU @ 2.40GHz"));
         assert_eq!(processor.vendor(), Reading::known("GenuineExample"));
-        assert_eq!(
-            processor.instruction_sets(),
-            Reading::known("sse2 avx fma avx2 avx512f")
-        );
+        assert_eq!(processor.instruction_sets(), Reading::known("sse2 avx fma avx2 avx512f"));
         assert_eq!(processor.is_virtual(), Some(false));
     }
 

@@ -28,18 +28,14 @@ impl Quota {
         let groups = source.text("proc/self/cgroup");
         let text = groups.value().unwrap_or("");
         let unified = own_group(text, |controllers| controllers.is_empty());
-        let cpu = own_group(text, |controllers| {
-            controllers.split(',').any(|c| c == "cpu")
-        });
-        let unified = UNIFIED_MOUNTS.iter().flat_map(|mount| {
-            self_and_ancestors(mount, unified).map(|group| unified_limit(source, &group))
-        });
+        let cpu = own_group(text, |controllers| controllers.split(',').any(|c| c == "cpu"));
+        let unified = UNIFIED_MOUNTS
+            .iter()
+            .flat_map(|mount| self_and_ancestors(mount, unified).map(|group| unified_limit(source, &group)));
         let first = CPU_MOUNTS.iter().flat_map(|mount| {
             self_and_ancestors(mount, cpu).map(|group| first_version_limit(source, &group))
         });
-        unified
-            .chain(first)
-            .fold(Quota::Unavailable, Quota::tighter)
+        unified.chain(first).fold(Quota::Unavailable, Quota::tighter)
     }
 
     /// The limit in CPUs, where there is one.
@@ -164,10 +160,7 @@ mod tests {
         tree.write("sys/fs/cgroup/cpu,cpuacct/cpu.cfs_quota_us", "-1\n");
         assert_eq!(Quota::read(&tree.source()), Quota::Unlimited);
         tree.write("sys/fs/cgroup/cpu,cpuacct/box/cpu.cfs_quota_us", "250000\n");
-        tree.write(
-            "sys/fs/cgroup/cpu,cpuacct/box/cpu.cfs_period_us",
-            "100000\n",
-        );
+        tree.write("sys/fs/cgroup/cpu,cpuacct/box/cpu.cfs_period_us", "100000\n");
         assert_eq!(Quota::read(&tree.source()), Quota::Cpus(2.5));
     }
 

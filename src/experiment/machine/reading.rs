@@ -55,10 +55,7 @@ impl Reading {
     }
 
     /// Extracts a value from the text read; text without one makes the reading unavailable.
-    pub(super) fn extract<'a, T: ToString>(
-        &'a self,
-        pick: impl FnOnce(&'a str) -> Option<T>,
-    ) -> Reading {
+    pub(super) fn extract<'a, T: ToString>(&'a self, pick: impl FnOnce(&'a str) -> Option<T>) -> Reading {
         match self {
             Reading::Value(text) => Reading::found(pick(text)),
             other => other.clone(),
@@ -130,10 +127,7 @@ impl Fact {
 }
 
 fn presentable(text: &str) -> String {
-    let one_line: String = text
-        .chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect();
+    let one_line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let without_paths = without_paths(one_line.trim());
     without_paths.chars().take(LONGEST_VALUE).collect()
 }

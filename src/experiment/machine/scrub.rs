@@ -4,9 +4,7 @@
 
 /// Characters that end a path. A blank does not, because directories may have blanks in their
 /// names and half a path would remain.
-const ENDS_PATH: &[char] = &[
-    '=', ':', ',', ';', '"', '\'', '|', '<', '>', '(', ')', '[', ']', '{', '}',
-];
+const ENDS_PATH: &[char] = &['=', ':', ',', ';', '"', '\'', '|', '<', '>', '(', ')', '[', ']', '{', '}'];
 
 /// Replaces each absolute path by its last component, and a home directory, whose last component
 /// is a user name, by the word `home`.
@@ -16,9 +14,7 @@ pub fn without_paths(text: &str) -> String {
     while let Some(start) = first_path(rest) {
         let (before, path) = rest.split_at(start);
         let drive = if has_drive(path) { 2 } else { 0 };
-        let length = path[drive..]
-            .find(ENDS_PATH)
-            .map_or(path.len(), |end| drive + end);
+        let length = path[drive..].find(ENDS_PATH).map_or(path.len(), |end| drive + end);
         kept.push_str(before);
         kept.push_str(last_component(&path[drive..length]));
         rest = &path[length..];
@@ -38,16 +34,12 @@ fn first_path(text: &str) -> Option<usize> {
 
 fn has_root(text: &str) -> bool {
     let mut letters = text.chars();
-    matches!(letters.next(), Some('/' | '\\'))
-        && letters.next().is_some_and(|next| !next.is_whitespace())
+    matches!(letters.next(), Some('/' | '\\')) && letters.next().is_some_and(|next| !next.is_whitespace())
 }
 
 fn has_drive(text: &str) -> bool {
     let bytes = text.as_bytes();
-    bytes.len() > 2
-        && bytes[0].is_ascii_alphabetic()
-        && bytes[1] == b':'
-        && matches!(bytes[2], b'/' | b'\\')
+    bytes.len() > 2 && bytes[0].is_ascii_alphabetic() && bytes[1] == b':' && matches!(bytes[2], b'/' | b'\\')
 }
 
 fn starts_word(before: &str) -> bool {
@@ -87,10 +79,7 @@ mod tests {
             ("-L/home/ada/lib", "-Llib"),
             ("-L native=/opt/x/lib64", "-L native=lib64"),
             ("-Wl,-rpath,/opt/a:/opt/b", "-Wl,-rpath,a:b"),
-            (
-                "--remap-path-prefix=/home/ada/p=/src",
-                "--remap-path-prefix=p=src",
-            ),
+            ("--remap-path-prefix=/home/ada/p=/src", "--remap-path-prefix=p=src"),
             (r"-Clinker=C:\Users\ada\bin\lld.exe", "-Clinker=lld.exe"),
             ("/home/ada lovelace/tool", "tool"),
             ("@/opt/x/arguments", "@arguments"),
@@ -101,13 +90,7 @@ mod tests {
 
     #[test]
     fn a_home_directory_loses_its_user_name() {
-        for path in [
-            "/home/ada",
-            "/home/ada/",
-            r"C:\Users\ada",
-            "/export/home/ada",
-            "/root",
-        ] {
+        for path in ["/home/ada", "/home/ada/", r"C:\Users\ada", "/export/home/ada", "/root"] {
             assert_eq!(without_paths(path), "home");
         }
     }

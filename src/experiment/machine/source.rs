@@ -21,9 +21,7 @@ pub(super) struct Source {
 
 impl Source {
     pub(super) fn new(root: &Path) -> Source {
-        Source {
-            root: root.to_owned(),
-        }
+        Source { root: root.to_owned() }
     }
 
     /// The text of a file without surrounding blanks; an empty file holds no value.
@@ -76,19 +74,13 @@ fn read_start(path: &Path) -> io::Result<String> {
         return Err(io::ErrorKind::NotFound.into());
     }
     let mut bytes = Vec::new();
-    File::open(path)?
-        .take(LONGEST_READ)
-        .read_to_end(&mut bytes)?;
+    File::open(path)?.take(LONGEST_READ).read_to_end(&mut bytes)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Reads the kernel's notation for sets of CPUs, leaving out the parts that make no sense.
 pub(super) fn parse_cpu_list(text: &str) -> BTreeSet<usize> {
-    text.split(',')
-        .filter_map(parse_range)
-        .flatten()
-        .take(MOST_NUMBERS)
-        .collect()
+    text.split(',').filter_map(parse_range).flatten().take(MOST_NUMBERS).collect()
 }
 
 fn parse_range(text: &str) -> Option<std::ops::RangeInclusive<usize>> {

@@ -66,16 +66,11 @@ pub(super) fn container(source: &Source) -> Reading {
     if source.exists(".dockerenv") {
         return Reading::known("docker");
     }
-    source
-        .text("proc/self/cgroup")
-        .extract(|groups| Some(container_name(groups).unwrap_or("no")))
+    source.text("proc/self/cgroup").extract(|groups| Some(container_name(groups).unwrap_or("no")))
 }
 
 fn container_name(groups: &str) -> Option<&'static str> {
-    CONTAINER_NAMES
-        .iter()
-        .find(|(word, _)| groups.contains(word))
-        .map(|(_, name)| *name)
+    CONTAINER_NAMES.iter().find(|(word, _)| groups.contains(word)).map(|(_, name)| *name)
 }
 
 /// The versions of control groups that are mounted: `1`, `2` or `1+2`.

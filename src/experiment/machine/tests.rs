@@ -86,12 +86,7 @@ fn the_arm_board_has_what_it_has_and_lacks_the_rest() {
     assert_eq!(machine.alias, "arm-part-0xd0c-4c");
     assert_eq!(machine.usable_cores, 4);
     assert_eq!(fact(&machine, "threads_per_core"), "1");
-    for key in [
-        "frequency_governor",
-        "smt_active",
-        "l3_size_bytes",
-        "virtualised",
-    ] {
+    for key in ["frequency_governor", "smt_active", "l3_size_bytes", "virtualised"] {
         assert_eq!(machine.fact(key), Some(&Reading::Unavailable), "{key}");
     }
     assert_eq!(machine.fact("no such key"), None);
@@ -106,9 +101,7 @@ fn an_empty_tree_is_a_machine_of_one_unknown_core() {
 
 #[test]
 fn files_of_noise_do_no_harm() {
-    let noise: Vec<u8> = (0..200_000u32)
-        .map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8)
-        .collect();
+    let noise: Vec<u8> = (0..200_000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
     let tree = fixture::arm_board();
     for path in [
         "proc/cpuinfo",

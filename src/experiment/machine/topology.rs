@@ -52,15 +52,9 @@ impl Topology {
         // This process runs on one of its CPUs, so a list that has none of them is the wrong one.
         let usable = if both.is_empty() { allowed } else { both };
         let surroundings = Surroundings::read(&source);
-        let mut cpus: Vec<Cpu> = usable
-            .into_iter()
-            .map(|id| surroundings.cpu(&source, id))
-            .collect();
+        let mut cpus: Vec<Cpu> = usable.into_iter().map(|id| surroundings.cpu(&source, id)).collect();
         rank_siblings(&mut cpus);
-        Topology {
-            cpus,
-            cpu_quota: Quota::read(&source).cpus(),
-        }
+        Topology { cpus, cpu_quota: Quota::read(&source).cpus() }
     }
 
     /// The logical CPUs in the order that keeps threads together: the cores of one package and
@@ -97,9 +91,7 @@ impl Topology {
     /// The number of threads that can run at once: the usable logical CPUs, but no more than the
     /// limit on CPU time rounded up, and at least 1.
     pub fn usable_cores(&self) -> usize {
-        let quota = self
-            .cpu_quota
-            .map_or(usize::MAX, |cpus| cpus.ceil() as usize);
+        let quota = self.cpu_quota.map_or(usize::MAX, |cpus| cpus.ceil() as usize);
         self.cpus.len().min(quota).max(1)
     }
 
@@ -234,10 +226,7 @@ fn is_near(capacity: u64, top: u64) -> bool {
 /// Takes the first of each list, then the second of each, until all are used up.
 fn interleave(lists: Vec<Vec<usize>>) -> Vec<usize> {
     let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
-    (0..longest)
-        .flat_map(|turn| lists.iter().filter_map(move |list| list.get(turn)))
-        .copied()
-        .collect()
+    (0..longest).flat_map(|turn| lists.iter().filter_map(move |list| list.get(turn))).copied().collect()
 }
 
 #[cfg(test)]

@@ -26,18 +26,9 @@ fn the_server_spreads_over_its_two_packages_in_turn() {
 
 #[test]
 fn packages_take_turns_before_the_nodes_within_them_do() {
-    let cpu = |id: usize| Cpu {
-        id,
-        core: id,
-        package: id / 4,
-        numa_node: id / 2,
-        sibling_rank: 0,
-        capacity: None,
-    };
-    let topology = Topology {
-        cpus: (0..8).map(cpu).collect(),
-        cpu_quota: None,
-    };
+    let cpu =
+        |id: usize| Cpu { id, core: id, package: id / 4, numa_node: id / 2, sibling_rank: 0, capacity: None };
+    let topology = Topology { cpus: (0..8).map(cpu).collect(), cpu_quota: None };
     assert_eq!(topology.pin_order_spread(), [0, 4, 2, 6, 1, 5, 3, 7]);
 }
 

@@ -64,27 +64,14 @@ impl Ruler {
     /// shown.
     pub(super) fn new(axis: &Axis, values: &[f64], direction: Direction) -> Result<Self> {
         let scale = axis.scale;
-        let places: Vec<f64> = values
-            .iter()
-            .filter_map(|&value| scale.place(value))
-            .collect();
+        let places: Vec<f64> = values.iter().filter_map(|&value| scale.place(value)).collect();
         let given = explicit_ticks(axis);
         let (low, high) = match axis.range {
             Some(range) => explicit_range(axis, range)?,
-            None => match extent(
-                places
-                    .iter()
-                    .chain(given.iter().flatten().map(|tick| &tick.place)),
-            ) {
+            None => match extent(places.iter().chain(given.iter().flatten().map(|tick| &tick.place))) {
                 Some(span) => automatic_range(scale, span, given.as_deref(), direction),
                 None => {
-                    return Ok(Self {
-                        scale,
-                        low: 0.0,
-                        high: 1.0,
-                        ticks: Vec::new(),
-                        faint: Vec::new(),
-                    });
+                    return Ok(Self { scale, low: 0.0, high: 1.0, ticks: Vec::new(), faint: Vec::new() });
                 }
             },
         };
@@ -96,13 +83,7 @@ impl Ruler {
         let inside = |place: f64| (low - slack..=high + slack).contains(&place);
         ticks.retain(|tick| inside(tick.place));
         faint.retain(|&place| inside(place));
-        Ok(Self {
-            scale,
-            low,
-            high,
-            ticks,
-            faint,
-        })
+        Ok(Self { scale, low, high, ticks, faint })
     }
 
     /// Turns every other tick into a faint line, for labels that have no room side by side.
@@ -119,9 +100,7 @@ impl Ruler {
     /// How far along the axis a value lies: 0 at its start, 1 at its end, and beyond these outside
     /// it.
     pub(super) fn fraction(&self, value: f64) -> Option<f64> {
-        self.scale
-            .place(value)
-            .map(|place| self.fraction_of_place(place))
+        self.scale.place(value).map(|place| self.fraction_of_place(place))
     }
 
     pub(super) fn fraction_of_place(&self, place: f64) -> f64 {
@@ -134,12 +113,7 @@ fn explicit_ticks(axis: &Axis) -> Option<Vec<Tick>> {
         .ticks
         .as_ref()?
         .iter()
-        .filter_map(|(value, label)| {
-            Some(Tick {
-                place: axis.scale.place(*value)?,
-                label: label.clone(),
-            })
-        })
+        .filter_map(|(value, label)| Some(Tick { place: axis.scale.place(*value)?, label: label.clone() }))
         .collect();
     ticks.sort_by(|one, other| one.place.total_cmp(&other.place));
     Some(ticks)
@@ -178,9 +152,7 @@ fn automatic_range(
 /// Half a step of free room beside the first and the last category.
 fn category_range((low, high): (f64, f64), ticks: &[Tick]) -> (f64, f64) {
     let steps = ticks.windows(2).map(|pair| pair[1].place - pair[0].place);
-    let step = steps
-        .filter(|step| *step > 0.0)
-        .fold(f64::INFINITY, f64::min);
+    let step = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
     let room = if step.is_finite() { step / 2.0 } else { 0.5 };
     if high - low + 2.0 * room > 1e-9 * low.abs().max(high.abs()) {
         (low - room, high + room)
@@ -198,22 +170,14 @@ fn linear_range((low, high): (f64, f64), direction: Direction) -> (f64, f64) {
     } else {
         1.0
     };
-    let starts_at_zero =
-        direction == Direction::Up && low >= 0.0 && low - room < 0.25 * high.max(room);
+    let starts_at_zero = direction == Direction::Up && low >= 0.0 && low - room < 0.25 * high.max(room);
     (if starts_at_zero { 0.0 } else { low - room }, high + room)
 }
 
 /// Ends on half powers of two, never right at a value and never less than an octave apart.
 fn binary_range((low, high): (f64, f64)) -> (f64, f64) {
-    let room = if high - low < 1.0 {
-        0.5
-    } else {
-        0.02 * (high - low)
-    };
-    (
-        ((low - room) * 2.0).floor() / 2.0,
-        ((high + room) * 2.0).ceil() / 2.0,
-    )
+    let room = if high - low < 1.0 { 0.5 } else { 0.02 * (high - low) };
+    (((low - room) * 2.0).floor() / 2.0, ((high + room) * 2.0).ceil() / 2.0)
 }
 
 /// Ends on one, two or five times a power of ten, never right at a value.
@@ -225,21 +189,14 @@ fn decimal_range((low, high): (f64, f64)) -> (f64, f64) {
     };
     let (low, high) = (low - room, high + room);
     let below = round_places(low).into_iter().filter(|place| *place <= low);
-    let above = round_places(high)
-        .into_iter()
-        .filter(|place| *place >= high);
-    (
-        below.fold(low.floor(), f64::max),
-        above.fold(high.floor() + 1.0, f64::min),
-    )
+    let above = round_places(high).into_iter().filter(|place| *place >= high);
+    (below.fold(low.floor(), f64::max), above.fold(high.floor() + 1.0, f64::min))
 }
 
 fn automatic_ticks(scale: Scale, low: f64, high: f64) -> (Vec<Tick>, Vec<f64>) {
     match scale {
         Scale::Linear => (even_ticks(scale, low, high), Vec::new()),
-        Scale::Log2 if high.floor() - low.ceil() < 1.0 => {
-            (even_ticks(scale, low, high), Vec::new())
-        }
+        Scale::Log2 if high.floor() - low.ceil() < 1.0 => (even_ticks(scale, low, high), Vec::new()),
         Scale::Log2 => (binary_ticks(low, high), Vec::new()),
         Scale::Log10 if high - low < 0.7 => (even_ticks(scale, low, high), Vec::new()),
         Scale::Log10 => decimal_ticks(low, high),
@@ -250,16 +207,10 @@ fn automatic_ticks(scale: Scale, low: f64, high: f64) -> (Vec<Tick>, Vec<f64>) {
 fn even_ticks(scale: Scale, low: f64, high: f64) -> Vec<Tick> {
     let (low, high) = (scale.value(low), scale.value(high));
     let step = even_step(high - low);
-    let (first, last) = (
-        (low / step - 1e-6).ceil() as i64,
-        (high / step + 1e-6).floor() as i64,
-    );
+    let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
     let tick = |count: i64| {
         let value = count as f64 * step;
-        Some(Tick {
-            place: scale.place(value)?,
-            label: even_label(value, step, low.abs().max(high.abs())),
-        })
+        Some(Tick { place: scale.place(value)?, label: even_label(value, step, low.abs().max(high.abs())) })
     };
     (first..=last).filter_map(tick).collect()
 }
@@ -267,10 +218,7 @@ fn even_ticks(scale: Scale, low: f64, high: f64) -> Vec<Tick> {
 /// One, two or five times a power of ten, such that the span holds five to ten steps.
 fn even_step(span: f64) -> f64 {
     let decade = 10f64.powf((span / 5.0).log10().floor());
-    let fits = ROUND_MANTISSAS
-        .iter()
-        .map(|mantissa| mantissa * decade)
-        .rfind(|step| *step <= span / 5.0);
+    let fits = ROUND_MANTISSAS.iter().map(|mantissa| mantissa * decade).rfind(|step| *step <= span / 5.0);
     fits.unwrap_or(decade)
 }
 
@@ -298,12 +246,7 @@ fn binary_ticks(low: f64, high: f64) -> Vec<Tick> {
         _ => power_of(2, power),
     };
     let on_stride = (first..=last).filter(|power| power.rem_euclid(stride) == 0);
-    on_stride
-        .map(|power| Tick {
-            place: f64::from(power),
-            label: label(power),
-        })
-        .collect()
+    on_stride.map(|power| Tick { place: f64::from(power), label: label(power) }).collect()
 }
 
 /// Labels decades, and on a short axis twos and fives as well; the other digits get faint lines.
@@ -311,11 +254,7 @@ fn decimal_ticks(low: f64, high: f64) -> (Vec<Tick>, Vec<f64>) {
     let (first, last) = (low.floor() as i32, high.ceil() as i32);
     let stride = (last - first) / 9 + 1;
     let labels_between = high - low <= 2.2;
-    let label = if first >= -3 && last <= 5 {
-        short_label
-    } else {
-        power_label
-    };
+    let label = if first >= -3 && last <= 5 { short_label } else { power_label };
     let (mut ticks, mut faint) = (Vec::new(), Vec::new());
     for decade in first..=last {
         for digit in 1..=9 {
@@ -326,10 +265,7 @@ fn decimal_ticks(low: f64, high: f64) -> (Vec<Tick>, Vec<f64>) {
                 _ => labels_between && ROUND_MANTISSAS.contains(&mantissa),
             };
             match labelled {
-                true => ticks.push(Tick {
-                    place,
-                    label: label(digit, decade),
-                }),
+                true => ticks.push(Tick { place, label: label(digit, decade) }),
                 false if stride == 1 || digit == 1 => faint.push(place),
                 false => {}
             }
@@ -356,37 +292,21 @@ fn power_label(digit: i32, decade: i32) -> String {
 fn plain(value: f64, decimals: usize) -> String {
     let digits = format!("{:.decimals$}", value.abs());
     let is_zero = digits.chars().all(|letter| matches!(letter, '0' | '.'));
-    if value < 0.0 && !is_zero {
-        format!("−{digits}")
-    } else {
-        digits
-    }
+    if value < 0.0 && !is_zero { format!("−{digits}") } else { digits }
 }
 
 /// About three significant digits, as the total above a bar needs.
 pub(super) fn three_digits(value: f64) -> String {
-    let exponent = if value == 0.0 {
-        0
-    } else {
-        value.abs().log10().floor() as i32
-    };
+    let exponent = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
     match exponent {
         -4..=5 => plain(value, usize::try_from(2 - exponent).unwrap_or(0)),
-        _ => format!(
-            "{}×{}",
-            plain(value / 10f64.powi(exponent), 2),
-            power_of(10, exponent)
-        ),
+        _ => format!("{}×{}", plain(value / 10f64.powi(exponent), 2), power_of(10, exponent)),
     }
 }
 
 fn power_of(base: i32, exponent: i32) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let raise = |letter: char| {
-        letter
-            .to_digit(10)
-            .map_or('⁻', |digit| RAISED[digit as usize])
-    };
+    let raise = |letter: char| letter.to_digit(10).map_or('⁻', |digit| RAISED[digit as usize]);
     let raised: String = exponent.to_string().chars().map(raise).collect();
     format!("{base}{raised}")
 }

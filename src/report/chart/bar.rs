@@ -29,16 +29,11 @@ pub(super) fn entries(panel: &BarPanel) -> Vec<Entry> {
     let mut entries: Vec<Entry> = segments
         .map(|(index, label)| Entry {
             label: label.clone(),
-            sample: Sample::Segment {
-                color: segment_color(index),
-            },
+            sample: Sample::Segment { color: segment_color(index) },
         })
         .collect();
     if bars(panel).any(|bar| bar.published) {
-        entries.push(Entry {
-            label: "hatched: published value".to_owned(),
-            sample: Sample::Published,
-        });
+        entries.push(Entry { label: "hatched: published value".to_owned(), sample: Sample::Published });
     }
     entries
 }
@@ -75,37 +70,22 @@ fn top(bar: &Bar) -> f64 {
 pub(super) fn draw(canvas: &Canvas, panel: &BarPanel, area: Area) -> Result<()> {
     for bar in bars(panel) {
         let (values, segments) = (bar.values.len(), panel.segments.len());
-        ensure!(
-            values == segments,
-            "the bar {:?} has {values} values for {segments} segments",
-            bar.label
-        );
+        ensure!(values == segments, "the bar {:?} has {values} values for {segments} segments", bar.label);
     }
     let y = heights(panel)?;
-    let surround = Surround {
-        title: &panel.title,
-        x_label: "",
-        y_label: &panel.y_label,
-        y: &y,
-    };
+    let surround = Surround { title: &panel.title, x_label: "", y_label: &panel.y_label, y: &y };
     let (left, right) = surround.sides(area);
     let slots = Slots::new(panel, left, right);
     let labels = FootLabels::fit(bars(panel).map(|bar| &bar.label), slots.width - 4.0);
     let group_lines = slots.group_lines(panel);
-    let group_depth =
-        group_lines.iter().map(Vec::len).max().unwrap_or(0) as f64 * GROUP_LABEL.line_height();
+    let group_depth = group_lines.iter().map(Vec::len).max().unwrap_or(0) as f64 * GROUP_LABEL.line_height();
     let plot = surround.plot(area, labels.depth() + group_depth + 8.0);
     surround.draw_names(canvas, plot, area)?;
     surround.draw_heights(canvas, plot)?;
     if !bars(panel).any(has_value) {
         frame::draw_no_data(canvas, plot)?;
     }
-    let stand = Stand {
-        y: &y,
-        plot,
-        slots: &slots,
-        shows_totals: totals_fit(panel, slots.width),
-    };
+    let stand = Stand { y: &y, plot, slots: &slots, shows_totals: totals_fit(panel, slots.width) };
     for (index, (bar, center)) in bars(panel).zip(&slots.centers).enumerate() {
         stand.draw_bar(canvas, bar, *center)?;
         labels.draw(canvas, index, *center, plot.bottom)?;
@@ -118,12 +98,7 @@ pub(super) fn draw(canvas: &Canvas, panel: &BarPanel, area: Area) -> Result<()> 
 fn heights(panel: &BarPanel) -> Result<Ruler> {
     let highest = bars(panel).map(top).fold(0.0, f64::max);
     let range = (highest > 0.0).then_some((0.0, highest * 1.1));
-    let axis = Axis {
-        label: panel.y_label.clone(),
-        scale: Scale::Linear,
-        range,
-        ticks: None,
-    };
+    let axis = Axis { label: panel.y_label.clone(), scale: Scale::Linear, range, ticks: None };
     Ruler::new(&axis, &[], Direction::Up)
 }
 
@@ -141,16 +116,8 @@ struct Slots {
 
 impl Slots {
     fn new(panel: &BarPanel, left: f64, right: f64) -> Self {
-        let sizes: Vec<f64> = panel
-            .groups
-            .iter()
-            .map(|group| group.bars.len().max(1) as f64)
-            .collect();
-        let all = sizes
-            .iter()
-            .map(|size| size + GROUP_GAP)
-            .sum::<f64>()
-            .max(1.0);
+        let sizes: Vec<f64> = panel.groups.iter().map(|group| group.bars.len().max(1) as f64).collect();
+        let all = sizes.iter().map(|size| size + GROUP_GAP).sum::<f64>().max(1.0);
         let width = (right - left) / all;
         let (mut centers, mut groups) = (Vec::new(), Vec::new());
         let mut start = left;
@@ -160,19 +127,13 @@ impl Slots {
             groups.push((first, first + size * width));
             start += (size + GROUP_GAP) * width;
         }
-        Self {
-            width,
-            centers,
-            groups,
-        }
+        Self { width, centers, groups }
     }
 
     fn group_lines(&self, panel: &BarPanel) -> Vec<Vec<String>> {
         let room = GROUP_GAP * self.width * 0.6;
         let pairs = panel.groups.iter().zip(&self.groups);
-        pairs
-            .map(|(group, (left, right))| GROUP_LABEL.wrap_hard(&group.label, right - left + room))
-            .collect()
+        pairs.map(|(group, (left, right))| GROUP_LABEL.wrap_hard(&group.label, right - left + room)).collect()
     }
 
     /// Draws a bracket under the bars of each group and its name below that.
@@ -209,12 +170,7 @@ impl Stand<'_> {
         let mut below = 0.0;
         for (index, value) in bar.values.iter().copied().map(length).enumerate() {
             let (top, bottom) = (self.level(below + value), self.level(below));
-            let area = Area {
-                left: center - reach,
-                top,
-                right: center + reach,
-                bottom,
-            };
+            let area = Area { left: center - reach, top, right: center + reach, bottom };
             let color = style::palette(segment_color(index));
             match bar.published {
                 true => draw_hatched_box(canvas, area, color)?,
@@ -236,12 +192,7 @@ impl Stand<'_> {
         let baseline = self.level(top(bar)) - 5.0;
         let reach = POINT_LABEL.width(&text) / 2.0 + 1.0;
         let (top, bottom) = (baseline - POINT_LABEL.cap_height() - 1.5, baseline + 1.5);
-        let ground = Area {
-            left: center - reach,
-            top,
-            right: center + reach,
-            bottom,
-        };
+        let ground = Area { left: center - reach, top, right: center + reach, bottom };
         canvas.rectangle(ground, WHITE, 1.0)?;
         canvas.text(&text, (center, baseline), Anchor::Middle, POINT_LABEL)
     }
@@ -253,23 +204,14 @@ impl Stand<'_> {
         let (low, high) = (self.level(low), self.level(high));
         canvas.line(&[(center, low), (center, high)], INK, 1.5)?;
         for level in [low, high] {
-            canvas.line(
-                &[(center - CAP_REACH, level), (center + CAP_REACH, level)],
-                INK,
-                1.5,
-            )?;
+            canvas.line(&[(center - CAP_REACH, level), (center + CAP_REACH, level)], INK, 1.5)?;
         }
         Ok(())
     }
 }
 
 fn corners(area: Area) -> [(f64, f64); 4] {
-    [
-        (area.left, area.top),
-        (area.right, area.top),
-        (area.right, area.bottom),
-        (area.left, area.bottom),
-    ]
+    [(area.left, area.top), (area.right, area.top), (area.right, area.bottom), (area.left, area.bottom)]
 }
 
 /// Draws a segment of a measured bar.

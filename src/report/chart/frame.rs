@@ -38,32 +38,20 @@ impl Surround<'_> {
         let x_label = AXIS_LABEL.wrap_hard(self.x_label, right - left).len() as f64;
         let top = panel.top + title * PANEL_TITLE.line_height() + 12.0;
         let below = depth + x_label * AXIS_LABEL.line_height() + 6.0;
-        Area {
-            left,
-            top,
-            right,
-            bottom: (panel.bottom - below).max(top + 40.0),
-        }
+        Area { left, top, right, bottom: (panel.bottom - below).max(top + 40.0) }
     }
 
     /// Draws the title, the horizontal grid and the upright axis with its ticks.
     pub(super) fn draw_heights(&self, canvas: &Canvas, plot: Area) -> Result<()> {
         let level = |place| plot.bottom - self.y.fraction_of_place(place) * plot.height();
         for &place in &self.y.faint {
-            canvas.line(
-                &[(plot.left, level(place)), (plot.right, level(place))],
-                FAINT_GRID,
-                0.75,
-            )?;
+            canvas.line(&[(plot.left, level(place)), (plot.right, level(place))], FAINT_GRID, 0.75)?;
         }
         for tick in &self.y.ticks {
             let y = level(tick.place);
             canvas.line(&[(plot.left, y), (plot.right, y)], GRID, 0.75)?;
             canvas.line(&[(plot.left - TICK_LENGTH, y), (plot.left, y)], INK, 1.0)?;
-            let spot = (
-                plot.left - TICK_LENGTH - LABEL_GAP,
-                y + TICK_LABEL.cap_height() / 2.0,
-            );
+            let spot = (plot.left - TICK_LENGTH - LABEL_GAP, y + TICK_LABEL.cap_height() / 2.0);
             canvas.text(&tick.label, spot, Anchor::End, TICK_LABEL)?;
         }
         Ok(())
@@ -72,12 +60,7 @@ impl Surround<'_> {
     /// Draws the title and the names of both axes around the plot.
     pub(super) fn draw_names(&self, canvas: &Canvas, plot: Area, panel: Area) -> Result<()> {
         let title = PANEL_TITLE.wrap_hard(self.title, plot.width());
-        canvas.lines(
-            &title,
-            (plot.left, panel.top + PANEL_TITLE.size),
-            Anchor::Start,
-            PANEL_TITLE,
-        )?;
+        canvas.lines(&title, (plot.left, panel.top + PANEL_TITLE.size), Anchor::Start, PANEL_TITLE)?;
         let (center, middle) = plot.middle();
         let x_label = AXIS_LABEL.wrap_hard(self.x_label, plot.width());
         let rows = x_label.len() as f64 - 1.0;
@@ -95,30 +78,17 @@ impl Surround<'_> {
 
 /// Draws the left and the lower edge of the plot, over the data that may touch them.
 pub(super) fn draw_edges(canvas: &Canvas, plot: Area) -> Result<()> {
-    let corner = [
-        (plot.left, plot.top),
-        (plot.left, plot.bottom),
-        (plot.right, plot.bottom),
-    ];
+    let corner = [(plot.left, plot.top), (plot.left, plot.bottom), (plot.right, plot.bottom)];
     canvas.line(&corner, INK, 1.0)
 }
 
 /// Fills a plot that has nothing to show.
 pub(super) fn draw_no_data(canvas: &Canvas, plot: Area) -> Result<()> {
-    let corners = [
-        (plot.left, plot.top),
-        (plot.right, plot.top),
-        (plot.right, plot.bottom),
-        (plot.left, plot.bottom),
-    ];
+    let corners =
+        [(plot.left, plot.top), (plot.right, plot.top), (plot.right, plot.bottom), (plot.left, plot.bottom)];
     canvas.outline(&corners, GRID, 1.0)?;
     let (x, y) = plot.middle();
-    canvas.text(
-        "no data",
-        (x, y + NO_DATA.cap_height() / 2.0),
-        Anchor::Middle,
-        NO_DATA,
-    )
+    canvas.text("no data", (x, y + NO_DATA.cap_height() / 2.0), Anchor::Middle, NO_DATA)
 }
 
 /// The labels below a plot, broken into lines or turned upwards so that neighbours do not touch.
@@ -131,27 +101,13 @@ impl FootLabels {
     /// Fits each label into `slot` pixels.
     pub(super) fn fit<'l>(labels: impl Iterator<Item = &'l String>, slot: f64) -> Self {
         let whole: Vec<&String> = labels.collect();
-        let broken: Vec<_> = whole
-            .iter()
-            .map(|label| TICK_LABEL.wrap(label, slot))
-            .collect();
-        let fits = broken
-            .iter()
-            .all(|lines| lines.len() <= 3 && TICK_LABEL.widest(lines) <= slot);
+        let broken: Vec<_> = whole.iter().map(|label| TICK_LABEL.wrap(label, slot)).collect();
+        let fits = broken.iter().all(|lines| lines.len() <= 3 && TICK_LABEL.widest(lines) <= slot);
         if fits {
-            return Self {
-                labels: broken,
-                turned: false,
-            };
+            return Self { labels: broken, turned: false };
         }
-        let labels = whole
-            .iter()
-            .map(|label| TICK_LABEL.wrap_hard(label, LONGEST_TURNED))
-            .collect();
-        Self {
-            labels,
-            turned: true,
-        }
+        let labels = whole.iter().map(|label| TICK_LABEL.wrap_hard(label, LONGEST_TURNED)).collect();
+        Self { labels, turned: true }
     }
 
     /// Whether the labels had to be turned.
@@ -174,17 +130,11 @@ impl FootLabels {
         let lines = &self.labels[index];
         let top = edge + TICK_LENGTH + LABEL_GAP;
         if !self.turned {
-            return canvas.lines(
-                lines,
-                (x, top + TICK_LABEL.size * 0.8),
-                Anchor::Middle,
-                TICK_LABEL,
-            );
+            return canvas.lines(lines, (x, top + TICK_LABEL.size * 0.8), Anchor::Middle, TICK_LABEL);
         }
         let first = x - (lines.len() as f64 - 1.0) * TICK_LABEL.line_height() / 2.0;
         for (row, line) in lines.iter().enumerate() {
-            let baseline =
-                first + row as f64 * TICK_LABEL.line_height() + TICK_LABEL.cap_height() / 2.0;
+            let baseline = first + row as f64 * TICK_LABEL.line_height() + TICK_LABEL.cap_height() / 2.0;
             canvas.text_upwards(line, (baseline, top), Anchor::End, TICK_LABEL)?;
         }
         Ok(())
@@ -195,28 +145,15 @@ impl FootLabels {
 const LONGEST_TURNED: f64 = 130.0;
 
 /// Draws the upright grid and the ticks of the lower edge.
-pub(super) fn draw_widths(
-    canvas: &Canvas,
-    plot: Area,
-    ruler: &Ruler,
-    labels: &FootLabels,
-) -> Result<()> {
+pub(super) fn draw_widths(canvas: &Canvas, plot: Area, ruler: &Ruler, labels: &FootLabels) -> Result<()> {
     let column = |place| plot.left + ruler.fraction_of_place(place) * plot.width();
     for &place in &ruler.faint {
-        canvas.line(
-            &[(column(place), plot.top), (column(place), plot.bottom)],
-            FAINT_GRID,
-            0.75,
-        )?;
+        canvas.line(&[(column(place), plot.top), (column(place), plot.bottom)], FAINT_GRID, 0.75)?;
     }
     for (index, tick) in ruler.ticks.iter().enumerate() {
         let x = column(tick.place);
         canvas.line(&[(x, plot.top), (x, plot.bottom)], GRID, 0.75)?;
-        canvas.line(
-            &[(x, plot.bottom), (x, plot.bottom + TICK_LENGTH)],
-            INK,
-            1.0,
-        )?;
+        canvas.line(&[(x, plot.bottom), (x, plot.bottom + TICK_LENGTH)], INK, 1.0)?;
         labels.draw(canvas, index, x, plot.bottom)?;
     }
     Ok(())

@@ -19,10 +19,7 @@ pub(super) struct Obstacles {
 
 impl Obstacles {
     pub(super) fn new(plot: Area) -> Self {
-        Self {
-            plot,
-            covered: Vec::new(),
-        }
+        Self { plot, covered: Vec::new() }
     }
 
     pub(super) fn add(&mut self, area: Area) {
@@ -35,8 +32,7 @@ impl Obstacles {
             let (dx, dy) = (ends[1].0 - ends[0].0, ends[1].1 - ends[0].1);
             let steps = (dx.hypot(dy) / 4.0).ceil().max(1.0);
             let place = |step: f64| (ends[0].0 + dx * step / steps, ends[0].1 + dy * step / steps);
-            self.covered
-                .extend((0..=steps as u32).map(|step| Area::around(place(step.into()), 1.5)));
+            self.covered.extend((0..=steps as u32).map(|step| Area::around(place(step.into()), 1.5)));
         }
     }
 
@@ -48,24 +44,12 @@ impl Obstacles {
 }
 
 /// Draws each text beside its point; an earlier text is an obstacle for the later ones.
-pub(super) fn draw_beside(
-    canvas: &Canvas,
-    labels: &[(&str, Spot)],
-    mut obstacles: Obstacles,
-) -> Result<()> {
+pub(super) fn draw_beside(canvas: &Canvas, labels: &[(&str, Spot)], mut obstacles: Obstacles) -> Result<()> {
     for (text, point) in labels {
-        let candidates = candidates(POINT_LABEL.width(text), *point)
-            .into_iter()
-            .enumerate();
-        let costs = candidates
-            .map(|(rank, area)| (obstacles.cost(&area) + RANK_PENALTY * rank as f64, area));
+        let candidates = candidates(POINT_LABEL.width(text), *point).into_iter().enumerate();
+        let costs = candidates.map(|(rank, area)| (obstacles.cost(&area) + RANK_PENALTY * rank as f64, area));
         if let Some((_, area)) = costs.min_by(|one, other| one.0.total_cmp(&other.0)) {
-            canvas.text(
-                text,
-                (area.left, area.bottom - 2.0),
-                Anchor::Start,
-                POINT_LABEL,
-            )?;
+            canvas.text(text, (area.left, area.bottom - 2.0), Anchor::Start, POINT_LABEL)?;
             obstacles.add(area);
         }
     }
@@ -77,12 +61,7 @@ fn candidates(width: f64, (x, y): Spot) -> [Area; 12] {
     let height = POINT_LABEL.cap_height() + 4.0;
     let place = |left: f64, middle: f64| {
         let top = middle - height / 2.0;
-        Area {
-            left,
-            top,
-            right: left + width,
-            bottom: top + height,
-        }
+        Area { left, top, right: left + width, bottom: top + height }
     };
     let (right, left, center) = (x + 8.0, x - 8.0 - width, x - width / 2.0);
     [

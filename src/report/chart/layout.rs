@@ -32,11 +32,8 @@ impl Layout {
         let title = FIGURE_TITLE.wrap_hard(&figure.title, inside);
         let note = NOTE.wrap_hard(figure.note.as_deref().unwrap_or_default(), inside);
         let (mut panels, mut legends) = (Vec::new(), Vec::new());
-        let head = if title.is_empty() {
-            0.0
-        } else {
-            title.len() as f64 * FIGURE_TITLE.line_height() + 12.0
-        };
+        let head =
+            if title.is_empty() { 0.0 } else { title.len() as f64 * FIGURE_TITLE.line_height() + 12.0 };
         let mut top = MARGIN + head;
         let entries: Vec<Vec<Entry>> = figure.panels.iter().map(Panel::entries).collect();
         let shared = shared_entries(&entries);
@@ -47,12 +44,7 @@ impl Layout {
             for (column, entries) in entries.iter().enumerate() {
                 let left = MARGIN + column as f64 * (PANEL_WIDTH + GAP);
                 let right = left + PANEL_WIDTH;
-                panels.push(Area {
-                    left,
-                    top,
-                    right,
-                    bottom: below,
-                });
+                panels.push(Area { left, top, right, bottom: below });
                 if shared.is_none() {
                     let legend = Legend::arrange(entries, PANEL_WIDTH);
                     deepest = deepest.max(legend.height());
@@ -67,29 +59,13 @@ impl Layout {
             legends.push((legend, MARGIN, width - MARGIN, top));
             top += height;
         }
-        let foot = if note.is_empty() {
-            0.0
-        } else {
-            note.len() as f64 * NOTE.line_height() + 6.0
-        };
-        Self {
-            width,
-            height: top + foot + MARGIN,
-            title,
-            panels,
-            legends,
-            note,
-        }
+        let foot = if note.is_empty() { 0.0 } else { note.len() as f64 * NOTE.line_height() + 6.0 };
+        Self { width, height: top + foot + MARGIN, title, panels, legends, note }
     }
 
     /// Draws every part in its place.
     pub(super) fn draw(&self, canvas: &Canvas, figure: &Figure) -> Result<()> {
-        canvas.lines(
-            &self.title,
-            (MARGIN, MARGIN + FIGURE_TITLE.size),
-            Anchor::Start,
-            FIGURE_TITLE,
-        )?;
+        canvas.lines(&self.title, (MARGIN, MARGIN + FIGURE_TITLE.size), Anchor::Start, FIGURE_TITLE)?;
         for (panel, area) in figure.panels.iter().zip(&self.panels) {
             panel.draw(canvas, *area)?;
         }
@@ -105,9 +81,6 @@ impl Layout {
 /// The longest legend, if it explains every panel: then it need not be repeated under each.
 fn shared_entries(legends: &[Vec<Entry>]) -> Option<&Vec<Entry>> {
     let longest = legends.iter().max_by_key(|entries| entries.len())?;
-    let explains_all = legends
-        .iter()
-        .flatten()
-        .all(|entry| longest.contains(entry));
+    let explains_all = legends.iter().flatten().all(|entry| longest.contains(entry));
     explains_all.then_some(longest)
 }

@@ -14,26 +14,12 @@ const ROOM_ABOVE: f64 = 8.0;
 /// What stands before a legend label.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sample {
-    Series {
-        color: usize,
-        line: Line,
-        marker: Marker,
-    },
-    AcrossMark {
-        color: usize,
-    },
-    UprightMark {
-        color: usize,
-    },
-    PointMark {
-        color: usize,
-    },
-    Band {
-        color: usize,
-    },
-    Segment {
-        color: usize,
-    },
+    Series { color: usize, line: Line, marker: Marker },
+    AcrossMark { color: usize },
+    UprightMark { color: usize },
+    PointMark { color: usize },
+    Band { color: usize },
+    Segment { color: usize },
     Published,
 }
 
@@ -49,24 +35,10 @@ impl Sample {
 
     fn draw(self, canvas: &Canvas, (x, y): Spot) -> Result<()> {
         let middle = (x + SAMPLE_WIDTH / 2.0, y);
-        let swatch = Area {
-            left: x + 6.0,
-            top: y - 6.0,
-            right: x + SAMPLE_WIDTH - 6.0,
-            bottom: y + 6.0,
-        };
+        let swatch = Area { left: x + 6.0, top: y - 6.0, right: x + SAMPLE_WIDTH - 6.0, bottom: y + 6.0 };
         match self {
-            Self::Series {
-                color,
-                line: stroke,
-                marker,
-            } => {
-                line::draw_stroke(
-                    canvas,
-                    &[(x, y), (x + SAMPLE_WIDTH, y)],
-                    stroke,
-                    style::palette(color),
-                )?;
+            Self::Series { color, line: stroke, marker } => {
+                line::draw_stroke(canvas, &[(x, y), (x + SAMPLE_WIDTH, y)], stroke, style::palette(color))?;
                 line::draw_marker(canvas, middle, marker, style::palette(color))
             }
             Self::AcrossMark { color } => {
@@ -100,18 +72,13 @@ impl Legend {
     /// Uses as many columns as the width holds, because a flat legend leaves the plots more room.
     pub(super) fn arrange(entries: &[Entry], width: f64) -> Self {
         let limit = width - SAMPLE_WIDTH - SAMPLE_GAP;
-        let cells: Vec<_> = entries
-            .iter()
-            .map(|entry| (entry.sample, LEGEND_LABEL.wrap_hard(&entry.label, limit)))
-            .collect();
+        let cells: Vec<_> =
+            entries.iter().map(|entry| (entry.sample, LEGEND_LABEL.wrap_hard(&entry.label, limit))).collect();
         let columns = (1..=cells.len())
             .rev()
             .find(|&columns| total_width(&column_widths(&cells, columns)) <= width)
             .unwrap_or(1);
-        let even_columns = cells
-            .len()
-            .div_ceil(cells.len().div_ceil(columns).max(1))
-            .max(1);
+        let even_columns = cells.len().div_ceil(cells.len().div_ceil(columns).max(1)).max(1);
         Self {
             column_widths: column_widths(&cells, even_columns),
             rows: cells.chunks(even_columns).map(<[_]>::to_vec).collect(),
@@ -121,11 +88,7 @@ impl Legend {
     /// The height that the legend takes, including the room above it.
     pub(super) fn height(&self) -> f64 {
         let rows: f64 = self.rows.iter().map(|row| row_height(row)).sum();
-        if self.rows.is_empty() {
-            0.0
-        } else {
-            rows + ROOM_ABOVE
-        }
+        if self.rows.is_empty() { 0.0 } else { rows + ROOM_ABOVE }
     }
 
     /// Draws the legend centred below `top`.
@@ -137,10 +100,7 @@ impl Legend {
             for ((sample, lines), width) in row.iter().zip(&self.column_widths) {
                 let middle = y + LEGEND_LABEL.line_height() / 2.0;
                 sample.draw(canvas, (x, middle))?;
-                let text = (
-                    x + SAMPLE_WIDTH + SAMPLE_GAP,
-                    middle + LEGEND_LABEL.cap_height() / 2.0,
-                );
+                let text = (x + SAMPLE_WIDTH + SAMPLE_GAP, middle + LEGEND_LABEL.cap_height() / 2.0);
                 canvas.lines(lines, text, Anchor::Start, LEGEND_LABEL)?;
                 x += width + COLUMN_GAP;
             }

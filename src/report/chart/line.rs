@@ -20,27 +20,14 @@ const MARK_DASHES: (f64, f64) = (1.8, 3.0);
 /// The legend of a panel: its series, then what lies behind them.
 pub(super) fn entries(panel: &XyPanel) -> Vec<Entry> {
     let series = panel.series.iter().map(|series| {
-        let sample = Sample::Series {
-            color: series.color,
-            line: series.line,
-            marker: series.marker,
-        };
+        let sample = Sample::Series { color: series.color, line: series.line, marker: series.marker };
         (&series.label, sample)
     });
-    let marks = panel
-        .marks
-        .iter()
-        .map(|mark| (&mark.label, Sample::of_mark(mark)));
-    let bands = panel
-        .bands
-        .iter()
-        .map(|band| (&band.label, Sample::Band { color: band.color }));
+    let marks = panel.marks.iter().map(|mark| (&mark.label, Sample::of_mark(mark)));
+    let bands = panel.bands.iter().map(|band| (&band.label, Sample::Band { color: band.color }));
     let mut entries: Vec<Entry> = Vec::new();
     for (label, sample) in series.chain(marks).chain(bands) {
-        let entry = Entry {
-            label: label.clone(),
-            sample,
-        };
+        let entry = Entry { label: label.clone(), sample };
         if !label.is_empty() && !entries.contains(&entry) {
             entries.push(entry);
         }
@@ -53,12 +40,7 @@ pub(super) fn draw(canvas: &Canvas, panel: &XyPanel, area: Area) -> Result<()> {
     let (x_values, y_values) = shown_values(panel);
     let mut x = Ruler::new(&panel.x, &x_values, Direction::Across)?;
     let y = Ruler::new(&panel.y, &y_values, Direction::Up)?;
-    let surround = Surround {
-        title: &panel.title,
-        x_label: &panel.x.label,
-        y_label: &panel.y.label,
-        y: &y,
-    };
+    let surround = Surround { title: &panel.title, x_label: &panel.x.label, y_label: &panel.y.label, y: &y };
     let (left, right) = surround.sides(area);
     let labels = fit_labels(&panel.x, &mut x, right - left);
     let plot = surround.plot(area, labels.depth());
@@ -81,13 +63,7 @@ pub(super) fn draw(canvas: &Canvas, panel: &XyPanel, area: Area) -> Result<()> {
 fn shown_values(panel: &XyPanel) -> (Vec<f64>, Vec<f64>) {
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for point in panel.series.iter().flat_map(|series| &series.points) {
-        if panel
-            .x
-            .scale
-            .place(point.x)
-            .and(panel.y.scale.place(point.y))
-            .is_some()
-        {
+        if panel.x.scale.place(point.x).and(panel.y.scale.place(point.y)).is_some() {
             x.push(point.x);
             y.push(point.y);
             y.extend(point.low.into_iter().chain(point.high));
@@ -122,10 +98,7 @@ fn fit_labels(axis: &Axis, ruler: &mut Ruler, width: f64) -> FootLabels {
 
 /// The room that one label has below a plot of this width.
 fn slot(ruler: &Ruler, width: f64) -> f64 {
-    let places = ruler
-        .ticks
-        .windows(2)
-        .map(|pair| [pair[0].place, pair[1].place]);
+    let places = ruler.ticks.windows(2).map(|pair| [pair[0].place, pair[1].place]);
     let steps = places.map(|pair| pair.map(|place| ruler.fraction_of_place(place)));
     let narrowest = steps.map(|[low, high]| high - low).fold(1.0, f64::min);
     narrowest * width - 5.0
@@ -155,26 +128,13 @@ impl View<'_> {
     /// Where a pair of values lies, if that is inside the plot; the slack lets a value sit on the
     /// frame.
     fn visible(&self, x: f64, y: f64) -> Option<Spot> {
-        let Area {
-            left,
-            top,
-            right,
-            bottom,
-        } = self.plot;
-        let reach = Area {
-            left: left - 0.01,
-            top: top - 0.01,
-            right: right + 0.01,
-            bottom: bottom + 0.01,
-        };
+        let Area { left, top, right, bottom } = self.plot;
+        let reach = Area { left: left - 0.01, top: top - 0.01, right: right + 0.01, bottom: bottom + 0.01 };
         self.spot(x, y).filter(|spot| reach.contains(*spot))
     }
 
     fn shows(&self, series: &Series) -> bool {
-        series
-            .points
-            .iter()
-            .any(|point| self.spot(point.x, point.y).is_some())
+        series.points.iter().any(|point| self.spot(point.x, point.y).is_some())
     }
 
     /// Draws lines first and points last, so that no line hides a measured value.
@@ -197,18 +157,14 @@ impl View<'_> {
             }
         }
         for series in &panel.series {
-            for spot in series
-                .points
-                .iter()
-                .filter_map(|point| self.visible(point.x, point.y))
-            {
+            for spot in series.points.iter().filter_map(|point| self.visible(point.x, point.y)) {
                 draw_marker(canvas, spot, series.marker, style::palette(series.color))?;
                 obstacles.add(Area::around(spot, 5.0));
             }
         }
         let points = panel.series.iter().flat_map(|series| &series.points);
-        let labels = points
-            .filter_map(|point| Some((point.label.as_deref()?, self.visible(point.x, point.y)?)));
+        let labels =
+            points.filter_map(|point| Some((point.label.as_deref()?, self.visible(point.x, point.y)?)));
         label::draw_beside(canvas, &labels.collect::<Vec<_>>(), obstacles)
     }
 
@@ -242,24 +198,13 @@ impl View<'_> {
         let clamp = |level: f64| level.clamp(self.plot.top, self.plot.bottom);
         let top = self.level(high).unwrap_or(self.plot.top);
         let bottom = self.level(low).unwrap_or(self.plot.bottom);
-        draw_band(
-            canvas,
-            Area {
-                top: clamp(top),
-                bottom: clamp(bottom),
-                ..self.plot
-            },
-            band.color,
-        )
+        draw_band(canvas, Area { top: clamp(top), bottom: clamp(bottom), ..self.plot }, band.color)
     }
 
     /// The parts of a line that lie inside the plot; a value without a place on the axes interrupts
     /// it.
     fn visible_paths(&self, points: &[Point]) -> Vec<Vec<Spot>> {
-        let spots: Vec<_> = points
-            .iter()
-            .map(|point| self.spot(point.x, point.y))
-            .collect();
+        let spots: Vec<_> = points.iter().map(|point| self.spot(point.x, point.y)).collect();
         let mut paths: Vec<Vec<Spot>> = Vec::new();
         for pair in spots.windows(2) {
             let ends = pair[0].zip(pair[1]);
@@ -293,25 +238,16 @@ impl View<'_> {
         }
         let end = |value: Option<f64>, beyond: f64| match value {
             None => y,
-            Some(value) => self
-                .level(value)
-                .unwrap_or(if value.is_nan() { y } else { beyond }),
+            Some(value) => self.level(value).unwrap_or(if value.is_nan() { y } else { beyond }),
         };
-        let (bottom, top) = (
-            end(point.low, plot.bottom + 1.0),
-            end(point.high, plot.top - 1.0),
-        );
+        let (bottom, top) = (end(point.low, plot.bottom + 1.0), end(point.high, plot.top - 1.0));
         let clamp = |level: f64| level.clamp(plot.top, plot.bottom);
         let bar = [(x, clamp(bottom)), (x, clamp(top))];
         canvas.line(&bar, color, ERROR_WIDTH)?;
         obstacles.add_path(&bar);
         for level in [bottom, top] {
             if (plot.top..=plot.bottom).contains(&level) && level != y {
-                canvas.line(
-                    &[(x - CAP_REACH, level), (x + CAP_REACH, level)],
-                    color,
-                    ERROR_WIDTH,
-                )?;
+                canvas.line(&[(x - CAP_REACH, level), (x + CAP_REACH, level)], color, ERROR_WIDTH)?;
             }
         }
         Ok(())
@@ -346,12 +282,7 @@ fn clip(from: Spot, to: Spot, plot: Area) -> Option<[Spot; 2]> {
 }
 
 /// Draws a path in the manner of a series.
-pub(super) fn draw_stroke(
-    canvas: &Canvas,
-    path: &[Spot],
-    line: Line,
-    color: RGBColor,
-) -> Result<()> {
+pub(super) fn draw_stroke(canvas: &Canvas, path: &[Spot], line: Line, color: RGBColor) -> Result<()> {
     match line {
         Line::None => Ok(()),
         Line::Solid => canvas.line(path, color, LINE_WIDTH),
@@ -382,12 +313,7 @@ pub(super) fn draw_star(canvas: &Canvas, (x, y): Spot, color: usize) -> Result<(
 }
 
 /// Draws a marker; an open one is filled with white, so that its own line does not cross it.
-pub(super) fn draw_marker(
-    canvas: &Canvas,
-    center: Spot,
-    marker: Marker,
-    color: RGBColor,
-) -> Result<()> {
+pub(super) fn draw_marker(canvas: &Canvas, center: Spot, marker: Marker, color: RGBColor) -> Result<()> {
     match marker {
         Marker::None => Ok(()),
         Marker::Circle => canvas.disc(center, 4.25, color),
@@ -397,16 +323,8 @@ pub(super) fn draw_marker(
         }
         Marker::Cross => {
             let reach = Area::around(center, 3.75);
-            canvas.line(
-                &[(reach.left, reach.top), (reach.right, reach.bottom)],
-                color,
-                2.0,
-            )?;
-            canvas.line(
-                &[(reach.left, reach.bottom), (reach.right, reach.top)],
-                color,
-                2.0,
-            )
+            canvas.line(&[(reach.left, reach.top), (reach.right, reach.bottom)], color, 2.0)?;
+            canvas.line(&[(reach.left, reach.bottom), (reach.right, reach.top)], color, 2.0)
         }
         Marker::Square => canvas.polygon(&square(center, 3.75), color),
         Marker::Triangle => canvas.polygon(&triangle(center, 5.25), color),
@@ -423,27 +341,13 @@ fn draw_open(canvas: &Canvas, corners: &[Spot], color: RGBColor) -> Result<()> {
 }
 
 fn square((x, y): Spot, reach: f64) -> [Spot; 4] {
-    [
-        (x - reach, y - reach),
-        (x + reach, y - reach),
-        (x + reach, y + reach),
-        (x - reach, y + reach),
-    ]
+    [(x - reach, y - reach), (x + reach, y - reach), (x + reach, y + reach), (x - reach, y + reach)]
 }
 
 fn diamond((x, y): Spot, reach: f64) -> [Spot; 4] {
-    [
-        (x, y - reach),
-        (x + reach, y),
-        (x, y + reach),
-        (x - reach, y),
-    ]
+    [(x, y - reach), (x + reach, y), (x, y + reach), (x - reach, y)]
 }
 
 fn triangle((x, y): Spot, reach: f64) -> [Spot; 3] {
-    [
-        (x, y - reach),
-        (x + reach * 0.92, y + reach * 0.62),
-        (x - reach * 0.92, y + reach * 0.62),
-    ]
+    [(x, y - reach), (x + reach * 0.92, y + reach * 0.62), (x - reach * 0.92, y + reach * 0.62)]
 }

@@ -242,9 +242,7 @@ impl Figure {
         let canvas = Canvas::new(&mut drawing, layout.width, layout.height)?;
         layout.draw(&canvas, self)?;
         canvas.finish()?;
-        let (_, content) = drawing
-            .split_once('>')
-            .context("plotters wrote no SVG element")?;
+        let (_, content) = drawing.split_once('>').context("plotters wrote no SVG element")?;
         Ok(self.opening(&layout) + content)
     }
 
@@ -270,9 +268,7 @@ impl Figure {
         for (place, text) in self.drawn_texts() {
             if let Some(&letter) = missing_glyphs(text).first() {
                 let code = u32::from(letter);
-                bail!(
-                    "the figures' font has no {letter:?} (U+{code:04X}), which the {place} {text:?} needs"
-                );
+                bail!("the figures' font has no {letter:?} (U+{code:04X}), which the {place} {text:?} needs");
             }
         }
         Ok(())
@@ -302,22 +298,11 @@ impl XyPanel {
         }
         for series in &self.series {
             texts.push(("series label", &series.label));
-            let labels = series
-                .points
-                .iter()
-                .filter_map(|point| point.label.as_deref());
+            let labels = series.points.iter().filter_map(|point| point.label.as_deref());
             texts.extend(labels.map(|label| ("point label", label)));
         }
-        texts.extend(
-            self.marks
-                .iter()
-                .map(|mark| ("mark label", mark.label.as_str())),
-        );
-        texts.extend(
-            self.bands
-                .iter()
-                .map(|band| ("band label", band.label.as_str())),
-        );
+        texts.extend(self.marks.iter().map(|mark| ("mark label", mark.label.as_str())));
+        texts.extend(self.bands.iter().map(|band| ("band label", band.label.as_str())));
     }
 }
 
@@ -325,19 +310,10 @@ impl BarPanel {
     fn add_texts<'p>(&'p self, texts: &mut Vec<(&'static str, &'p str)>) {
         texts.push(("panel title", &self.title));
         texts.push(("axis label", &self.y_label));
-        texts.extend(
-            self.segments
-                .iter()
-                .map(|label| ("segment label", label.as_str())),
-        );
+        texts.extend(self.segments.iter().map(|label| ("segment label", label.as_str())));
         for group in &self.groups {
             texts.push(("group label", &group.label));
-            texts.extend(
-                group
-                    .bars
-                    .iter()
-                    .map(|bar| ("bar label", bar.label.as_str())),
-            );
+            texts.extend(group.bars.iter().map(|bar| ("bar label", bar.label.as_str())));
         }
     }
 }
@@ -391,23 +367,15 @@ static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
 ///
 /// If the SVG cannot be read, or the picture would be empty or too large.
 pub fn svg_to_png(svg: &str, width_px: u32) -> Result<Vec<u8>> {
-    let options = usvg::Options {
-        fontdb: Arc::clone(&FONTS),
-        ..usvg::Options::default()
-    };
+    let options = usvg::Options { fontdb: Arc::clone(&FONTS), ..usvg::Options::default() };
     let tree = usvg::Tree::from_str(svg, &options).context("the SVG cannot be read")?;
     let scale = f64::from(width_px) / f64::from(tree.size().width());
     let height = (f64::from(tree.size().height()) * scale).round().max(1.0);
-    ensure!(
-        height <= f64::from(u16::MAX),
-        "a picture {width_px} pixels wide would be {height} pixels high"
-    );
-    let mut image = tiny_skia::Pixmap::new(width_px, height as u32)
-        .context("the picture would be empty or too large")?;
+    ensure!(height <= f64::from(u16::MAX), "a picture {width_px} pixels wide would be {height} pixels high");
+    let mut image =
+        tiny_skia::Pixmap::new(width_px, height as u32).context("the picture would be empty or too large")?;
     image.fill(tiny_skia::Color::WHITE);
     let transform = tiny_skia::Transform::from_scale(scale as f32, scale as f32);
     resvg::render(&tree, transform, &mut image.as_mut());
-    image
-        .encode_png()
-        .context("the picture cannot be written as PNG")
+    image.encode_png().context("the picture cannot be written as PNG")
 }

@@ -120,8 +120,7 @@ impl Font {
         for line in self.wrap(text, limit) {
             let mut rest = String::new();
             for letter in line.chars() {
-                if !rest.is_empty()
-                    && self.width(&rest) + self.width(letter.encode_utf8(&mut [0; 4])) > limit
+                if !rest.is_empty() && self.width(&rest) + self.width(letter.encode_utf8(&mut [0; 4])) > limit
                 {
                     lines.push(std::mem::take(&mut rest));
                 }
@@ -150,9 +149,7 @@ pub(super) const NO_DATA: Font = Font::new(15.0, FontStyle::Normal, MUTED);
 pub fn missing_glyphs(text: &str) -> Vec<char> {
     let mut missing = Vec::new();
     for letter in text.chars() {
-        let drawn = [&REGULAR_FACE, &BOLD_FACE]
-            .iter()
-            .all(|face| face.glyph_index(letter).is_some());
+        let drawn = [&REGULAR_FACE, &BOLD_FACE].iter().all(|face| face.glyph_index(letter).is_some());
         if !drawn && !missing.contains(&letter) {
             missing.push(letter);
         }
@@ -182,20 +179,12 @@ impl Area {
     }
 
     pub(super) fn middle(&self) -> Spot {
-        (
-            (self.left + self.right) / 2.0,
-            (self.top + self.bottom) / 2.0,
-        )
+        ((self.left + self.right) / 2.0, (self.top + self.bottom) / 2.0)
     }
 
     /// The square of this half-width around a spot.
     pub(super) fn around((x, y): Spot, reach: f64) -> Self {
-        Self {
-            left: x - reach,
-            top: y - reach,
-            right: x + reach,
-            bottom: y + reach,
-        }
+        Self { left: x - reach, top: y - reach, right: x + reach, bottom: y + reach }
     }
 
     pub(super) fn contains(&self, (x, y): Spot) -> bool {
@@ -251,9 +240,7 @@ impl<'a> Canvas<'a> {
 
     pub(super) fn line(&self, path: &[Spot], color: RGBColor, width: f64) -> Result<()> {
         let path: Vec<_> = path.iter().copied().map(at).collect();
-        Ok(self
-            .root
-            .draw(&PathElement::new(path, stroke(color, width)))?)
+        Ok(self.root.draw(&PathElement::new(path, stroke(color, width)))?)
     }
 
     /// A broken line; `dash` and `gap` are lengths along it.
@@ -283,32 +270,16 @@ impl<'a> Canvas<'a> {
     /// The outline of a polygon; it runs over the first side twice, so that the first corner is
     /// joined too.
     pub(super) fn outline(&self, corners: &[Spot], color: RGBColor, width: f64) -> Result<()> {
-        let path: Vec<_> = corners
-            .iter()
-            .chain(corners.iter().take(2))
-            .copied()
-            .collect();
+        let path: Vec<_> = corners.iter().chain(corners.iter().take(2)).copied().collect();
         self.line(&path, color, width)
     }
 
     pub(super) fn disc(&self, center: Spot, radius: f64, color: RGBColor) -> Result<()> {
-        Ok(self
-            .root
-            .draw(&Circle::new(at(center), units(radius), color.filled()))?)
+        Ok(self.root.draw(&Circle::new(at(center), units(radius), color.filled()))?)
     }
 
-    pub(super) fn ring(
-        &self,
-        center: Spot,
-        radius: f64,
-        color: RGBColor,
-        width: f64,
-    ) -> Result<()> {
-        Ok(self.root.draw(&Circle::new(
-            at(center),
-            units(radius),
-            stroke(color, width),
-        ))?)
+    pub(super) fn ring(&self, center: Spot, radius: f64, color: RGBColor, width: f64) -> Result<()> {
+        Ok(self.root.draw(&Circle::new(at(center), units(radius), stroke(color, width)))?)
     }
 
     /// Text whose baseline passes through `spot`.
@@ -318,25 +289,13 @@ impl<'a> Canvas<'a> {
     }
 
     /// Text that reads upwards and whose baseline, now vertical, passes through `spot`.
-    pub(super) fn text_upwards(
-        &self,
-        text: &str,
-        spot: Spot,
-        anchor: Anchor,
-        font: Font,
-    ) -> Result<()> {
+    pub(super) fn text_upwards(&self, text: &str, spot: Spot, anchor: Anchor, font: Font) -> Result<()> {
         let start = (spot.0 - TOP_TO_BASELINE * font.size, spot.1);
         self.put(text, start, anchor, font, FontTransform::Rotate270)
     }
 
     /// Lines of text under one another; `spot` is on the first baseline.
-    pub(super) fn lines(
-        &self,
-        lines: &[String],
-        spot: Spot,
-        anchor: Anchor,
-        font: Font,
-    ) -> Result<()> {
+    pub(super) fn lines(&self, lines: &[String], spot: Spot, anchor: Anchor, font: Font) -> Result<()> {
         for (row, line) in lines.iter().enumerate() {
             let baseline = spot.1 + row as f64 * font.line_height();
             self.text(line, (spot.0, baseline), anchor, font)?;
@@ -344,14 +303,7 @@ impl<'a> Canvas<'a> {
         Ok(())
     }
 
-    fn put(
-        &self,
-        text: &str,
-        spot: Spot,
-        anchor: Anchor,
-        font: Font,
-        turn: FontTransform,
-    ) -> Result<()> {
+    fn put(&self, text: &str, spot: Spot, anchor: Anchor, font: Font, turn: FontTransform) -> Result<()> {
         let horizontal = match anchor {
             Anchor::Start => HPos::Left,
             Anchor::Middle => HPos::Center,
@@ -362,9 +314,7 @@ impl<'a> Canvas<'a> {
             .color(&font.color)
             .transform(turn)
             .pos(Pos::new(horizontal, VPos::Top));
-        Ok(self
-            .root
-            .draw(&Text::new(text.to_owned(), at(spot), style))?)
+        Ok(self.root.draw(&Text::new(text.to_owned(), at(spot), style))?)
     }
 }
 
