@@ -185,8 +185,8 @@ fn write_claims(measured: &Measured, judged: &[Judged], folder: &Path) -> Result
 /// The claims for people.
 pub fn claims_view(judged: &[Judged]) -> TableView {
     let mut view = TableView::new(
-        "Each claim with the paper's number, ours [95 % interval], the rule and the verdict.",
-        &["", "claim", "paper", "here", "rule", "verdict"],
+        "Each claim with its verdict, the paper's number, ours [95 % interval] and the rule.",
+        &["", "verdict", "claim", "paper", "here", "rule"],
     );
     for j in judged {
         let reason = j.verdict.reason();
@@ -197,11 +197,11 @@ pub fn claims_view(judged: &[Judged]) -> TableView {
         let here = j.estimate.map_or("none".to_string(), |e| format!("{} {}", show(&e, 3), j.unit));
         view.rows.push(vec![
             j.claim.id.clone(),
+            verdict,
             format!("{} ({}; {})", j.claim.statement, j.judgement.name, j.claim.source),
             j.claim.quote.clone(),
             here,
             j.judgement.rule.in_words(),
-            verdict,
         ]);
     }
     view
