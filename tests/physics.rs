@@ -236,8 +236,7 @@ fn a_pool_without_a_free_surface_is_found_and_anchored() {
     assert!(both.surface > 0);
 }
 
-/// The pressures of a step against a dense solve of the same system would need the matrix; its own equation is enough:
-/// the residual that the report states is the true one, and tightening the tolerance converges to one answer.
+/// The residual that a step reports is the true one, and tighter tolerances converge to one answer.
 #[test]
 fn tighter_tolerances_converge_to_one_answer() {
     let scene = dam_break(0.075);
