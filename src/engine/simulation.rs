@@ -64,9 +64,6 @@ pub trait Simulation: Send {
     /// The particles after the last step.
     fn particles(&self) -> &Particles;
 
-    /// Steps completed, those before a restart counted in.
-    fn steps_done(&self) -> usize;
-
     /// Bytes of all columns of particles, search and stages.
     fn bytes(&self) -> usize;
 }
@@ -87,10 +84,6 @@ impl<C: CandidateSearch, T: DistanceTest> Simulation for Composed<C, T> {
 
     fn particles(&self) -> &Particles {
         &self.state.particles
-    }
-
-    fn steps_done(&self) -> usize {
-        self.state.step
     }
 
     fn bytes(&self) -> usize {

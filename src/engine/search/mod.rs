@@ -114,8 +114,8 @@ impl<C: CandidateSearch> Neighborhood<'_, C> {
             let r_ij = sub(*there, here);
             match T::within(dot(r_ij, r_ij), radius) {
                 Some(r) => {
-                    // One candidate in ten is a neighbour. Told so, the compiler keeps the branch; otherwise it may
-                    // work out root and quotient of every candidate, which doubled the time of the density.
+                    // Few candidates are neighbours. Told so, the compiler keeps the branch; otherwise it may work out
+                    // root and quotient of every candidate, which costs more than the walk.
                     cold_path();
                     j != i && stop_at(j, r_ij, r)
                 }
