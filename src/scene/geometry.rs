@@ -1,21 +1,25 @@
-//! Particles from boxes on a cubic lattice.
+//! Particles from boxes on a cubic lattice, and single ones anywhere.
 
 use serde::Deserialize;
 
 use crate::base::input::{Check, InputError};
-use crate::base::vec3::Vec3;
+use crate::base::vec3::{Vec3, ZERO, is_finite};
 use crate::engine::particles::{InitialParticle, Kind};
 
 /// The most lattice points a scene may have: identities are 32-bit numbers.
 pub const MAX_LATTICE_POINTS: usize = 1 << 31;
 
-/// A lattice and the regions that say which of its points carry which particle.
+/// A lattice, the regions that say which of its points carry which particle, and particles beside it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
     pub lattice: Lattice,
     /// In order: a later region overrides an earlier one.
+    #[serde(default)]
     pub region: Vec<Region>,
+    /// In order, after the lattice's particles.
+    #[serde(default)]
+    pub particle: Vec<SingleParticle>,
 }
 
 /// Points `x = l0 i` with `i` from `-layers` to `extent / l0 + layers` in each direction, x outermost, z innermost.
@@ -62,6 +66,50 @@ impl Fill {
     }
 }
 
+/// One particle wherever the scene wants it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SingleParticle {
+    pub kind: SingleKind,
+    pub position_m: Vec3,
+    #[serde(default)]
+    pub velocity_m_s: Vec3,
+}
+
+/// What a single particle is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SingleKind {
+    Fluid,
+    Wall,
+    DummyWall,
+}
+
+impl SingleParticle {
+    fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
+        let allowed = "allowed are three finite numbers";
+        for (name, vector) in [("position_m", self.position_m), ("velocity_m_s", self.velocity_m_s)] {
+            check.require(is_finite(vector), &format!("{key}.{name}"), format!("{vector:?}"), allowed)?;
+        }
+        // Viscosity and collision would see a wall that moves and yet stays where it is.
+        check.require(
+            self.kind == SingleKind::Fluid || self.velocity_m_s == ZERO,
+            &format!("{key}.velocity_m_s"),
+            format!("{:?}", self.velocity_m_s),
+            "only fluid particles may move",
+        )
+    }
+
+    fn place(&self) -> InitialParticle {
+        let kind = match self.kind {
+            SingleKind::Fluid => Kind::Fluid,
+            SingleKind::Wall => Kind::Wall,
+            SingleKind::DummyWall => Kind::DummyWall,
+        };
+        InitialParticle { velocity: self.velocity_m_s, ..InitialParticle::at_rest(kind, self.position_m) }
+    }
+}
+
 impl Geometry {
     pub(super) fn check(&self, check: Check<'_>, particle_distance_m: f64) -> Result<(), InputError> {
         let extent = self.lattice.extent_m;
@@ -81,6 +129,9 @@ impl Geometry {
             particle_distance_m,
             format!("it makes a lattice of {points:.3e} points and at most {MAX_LATTICE_POINTS} are allowed: raise it"),
         )?;
+        for (k, particle) in self.particle.iter().enumerate() {
+            particle.check(check, &format!("geometry.particle[{k}]"))?;
+        }
         for (k, region) in self.region.iter().enumerate() {
             let corners = [region.from_m, region.to_m, region.layers_below, region.layers_above];
             let key = format!("geometry.region[{k}]");
@@ -103,13 +154,26 @@ impl Geometry {
         Ok(())
     }
 
-    /// The number of lattice points, an upper bound of the number of particles.
+    /// The number of lattice points, an upper bound of the number of their particles.
     pub fn lattice_points(&self, particle_distance_m: f64) -> f64 {
         let layers = f64::from(2 * self.lattice.layers + 1);
         self.lattice.extent_m.iter().map(|e| (e / particle_distance_m).trunc() + layers).product()
     }
 
-    /// Places the particles. The index of each is its identity.
+    /// The corners of a box that holds every lattice point and every single particle, metres.
+    pub fn bounds(&self, particle_distance_m: f64) -> (Vec3, Vec3) {
+        let beyond = f64::from(self.lattice.layers) * particle_distance_m;
+        let (mut low, mut high) = ([-beyond; 3], self.lattice.extent_m.map(|e| e + beyond));
+        for particle in &self.particle {
+            for d in 0..3 {
+                low[d] = low[d].min(particle.position_m[d]);
+                high[d] = high[d].max(particle.position_m[d]);
+            }
+        }
+        (low, high)
+    }
+
+    /// Places the particles: those of the lattice, then the single ones. The index of each is its identity.
     pub fn fill(&self, particle_distance_m: f64) -> Vec<InitialParticle> {
         let layers = i64::from(self.lattice.layers);
         let axis = |d: usize| {
@@ -126,6 +190,7 @@ impl Geometry {
                 }
             }
         }
+        particles.extend(self.particle.iter().map(SingleParticle::place));
         particles
     }
 

@@ -150,7 +150,8 @@ impl Scene {
 
     /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
     pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
-        let points = self.geometry.lattice_points(self.particle_distance_m);
+        let single = self.geometry.particle.len() as f64;
+        let points = self.geometry.lattice_points(self.particle_distance_m) + single;
         let buckets = self.buckets();
         let bytes = points * BYTES_PER_PARTICLE as f64 + buckets * BYTES_PER_BUCKET as f64;
         let needed = bytes * copies as f64;
@@ -172,11 +173,10 @@ impl Scene {
     fn buckets(&self) -> f64 {
         let radii = &self.radii;
         let side = radii.number_density.max(radii.gradient).max(radii.laplacian) * self.particle_distance_m;
-        let layers = 2.0 * f64::from(self.geometry.lattice.layers) * self.particle_distance_m;
-        let margins = layers + 2.0 * self.domain.margin_m;
-        let extent = self.geometry.lattice.extent_m;
+        let (low, high) = self.geometry.bounds(self.particle_distance_m);
+        let margins = 2.0 * self.domain.margin_m;
         let headroom = [0.0, self.domain.headroom_m, 0.0];
-        (0..3).map(|d| ((extent[d] + margins + headroom[d]) / side).floor() + 3.0).product()
+        (0..3).map(|d| ((high[d] - low[d] + margins + headroom[d]) / side).floor() + 3.0).product()
     }
 
     /// The particles at the start, in the order of their identities.
@@ -186,7 +186,7 @@ impl Scene {
             !particles.is_empty(),
             "geometry",
             "empty",
-            "its regions must hold a lattice point",
+            "a region must hold a lattice point, or a particle be given",
         )?;
         Ok(particles)
     }
@@ -323,4 +323,89 @@ fn syntax_error(file: &str, error: &toml::de::Error) -> InputError {
     let text = error.to_string();
     let text = text.trim().replace('\n', " ");
     InputError::new(file, "scene", "not a valid scene", text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::particles::Kind;
+
+    const TEXT: &str = r#"
+        schema = 1
+        name = "test"
+        description = "a lattice of eight and whatever a test adds"
+        particle_distance_m = 0.5
+        time_step_s = 0.001
+        end_time_s = 0.001
+        fluid = { density_kg_m3 = 1000.0 }
+        radii = { number_density = 2.1, gradient = 2.1, laplacian = 3.1 }
+        domain = { margin_m = 0.1, headroom_m = 0.0 }
+        effects.viscosity = { kinematic_viscosity_m2_s = 1e-6 }
+        effects.collision = { distance = 0.5, restitution = 0.2 }
+        geometry.lattice = { extent_m = [1.0, 1.0, 1.0], layers = 0 }
+    "#;
+    const REGION: &str = r#"
+        [[geometry.region]]
+        fill = "wall"
+        from_m = [0.0, 0.0, 0.0]
+        to_m = [1.0, 1.0, 1.0]
+    "#;
+
+    fn parse(more: &str, sets: &[&str]) -> Result<Scene, InputError> {
+        let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
+        Scene::parse(&format!("{TEXT}{more}"), "test.toml", &sets)
+    }
+
+    fn refused(more: &str, sets: &[&str], words: &[&str]) {
+        let text = parse(more, sets).unwrap_err().to_string();
+        for word in words.iter().chain(&["test.toml"]) {
+            assert!(text.contains(word), "{sets:?} does not say `{word}`: {text}");
+        }
+    }
+
+    fn particle(kind: &str, position: &str, velocity: &str) -> String {
+        format!(
+            "[[geometry.particle]]\nkind = \"{kind}\"\nposition_m = {position}\nvelocity_m_s = {velocity}\n"
+        )
+    }
+
+    #[test]
+    fn single_particles_follow_those_of_the_lattice_in_the_order_of_the_file() {
+        let thrown = particle("fluid", "[0.1, 0.2, 0.3]", "[1.0, 2.0, 3.0]");
+        let still = "[[geometry.particle]]\nkind = \"dummy_wall\"\nposition_m = [5.0, 0.0, -2.0]\n";
+        let scene = parse(&format!("{REGION}{thrown}{still}"), &[]).unwrap();
+        let particles = scene.particles("test.toml").unwrap();
+        assert_eq!(particles.len(), 8 + 2);
+        assert!(particles[..8].iter().all(|p| p.kind == Kind::Wall));
+        let expected = InitialParticle {
+            velocity: [1.0, 2.0, 3.0],
+            ..InitialParticle::at_rest(Kind::Fluid, [0.1, 0.2, 0.3])
+        };
+        assert_eq!(particles[8], expected);
+        assert_eq!(particles[9], InitialParticle::at_rest(Kind::DummyWall, [5.0, 0.0, -2.0]));
+        let domain = scene.parameters(&particles).domain;
+        assert_eq!((domain.low[2], domain.high[0]), (-2.1, 5.1), "the domain holds single particles too");
+        let side = 3.1 * 0.5;
+        let needed = (0..3).map(|d| ((domain.high[d] - domain.low[d]) / side).floor() + 3.0).product::<f64>();
+        assert!(scene.buckets() >= needed, "the estimate of the memory counts the buckets up to them");
+    }
+
+    #[test]
+    fn a_scene_may_consist_of_single_particles_but_not_of_nothing() {
+        let scene = parse(&particle("fluid", "[0, 0, 0]", "[0, 0, 0]"), &[]).unwrap();
+        assert_eq!(scene.particles("test.toml").unwrap().len(), 1);
+        let error = parse("", &[]).unwrap().particles("test.toml").unwrap_err().to_string();
+        assert!(error.contains("`geometry` is empty") && error.contains("a particle"), "{error}");
+    }
+
+    #[test]
+    fn impossible_single_particles_are_refused() {
+        let nowhere = particle("fluid", "[0.0, nan, 0.0]", "[0, 0, 0]");
+        refused(&nowhere, &[], &["geometry.particle[0].position_m", "NaN", "finite"]);
+        let too_fast = particle("fluid", "[0.0, 0.0, 0.0]", "[0, inf, 0]");
+        refused(&too_fast, &[], &["geometry.particle[0].velocity_m_s", "inf", "finite"]);
+        let moving_wall = particle("wall", "[0.0, 0.0, 0.0]", "[0, 1, 0]");
+        refused(&moving_wall, &[], &["geometry.particle[0].velocity_m_s", "only fluid"]);
+        refused(&particle("ghost", "[0, 0, 0]", "[0, 0, 0]"), &[], &["ghost", "dummy_wall"]);
+    }
 }
