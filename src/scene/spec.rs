@@ -217,6 +217,9 @@ impl Scene {
 }
 
 impl EffectsSpec {
+    /// The keys of the fields above: what a scene may name, and switch off.
+    const NAMES: [&'static str; 4] = ["gravity", "viscosity", "collision", "pressure"];
+
     fn check(&self, check: Check<'_>) -> Result<(), InputError> {
         if let Some(gravity) = &self.gravity {
             let finite = gravity.acceleration_m_s2.iter().all(|a| a.is_finite());
@@ -293,7 +296,8 @@ impl EffectsSpec {
     }
 }
 
-/// Sets the value behind a dotted key. A key that the scene format does not know is refused when the scene is read.
+/// Sets the value behind a dotted key; `false` removes the table there, which switches an effect off. A key that the
+/// scene format does not know is refused when the scene is read.
 fn apply(table: &mut toml::Table, set: &str, file: &str) -> Result<(), InputError> {
     let wrong = |allowed: &str| InputError::new(file, "--set", format!("`{set}`"), allowed.to_string());
     let (key, value) = set.split_once('=').ok_or_else(|| wrong("allowed is `dotted.key=value`"))?;
@@ -310,6 +314,9 @@ fn apply(table: &mut toml::Table, set: &str, file: &str) -> Result<(), InputErro
         let entry = target.entry(part).or_insert_with(|| toml::Value::Table(toml::Table::new()));
         target = entry.as_table_mut().ok_or_else(|| wrong("a part of its key is a value, not a table"))?;
     }
+    if value == toml::Value::Boolean(false) {
+        return remove_table(target, last, key).map_err(|allowed| wrong(&allowed));
+    }
     // A whole number is as good as a decimal one where a length or a time is asked for.
     let value = match (target.get(last), value) {
         (Some(toml::Value::Float(_)), toml::Value::Integer(whole)) => toml::Value::Float(whole as f64),
@@ -317,6 +324,25 @@ fn apply(table: &mut toml::Table, set: &str, file: &str) -> Result<(), InputErro
     };
     target.insert(last.to_string(), value);
     Ok(())
+}
+
+/// Removes the table `last` of `target`. An effect that the scene does not name is off already; any other missing table
+/// is a mistake that nothing would notice later.
+fn remove_table(target: &mut toml::Table, last: &str, key: &str) -> Result<(), String> {
+    match target.get(last) {
+        Some(toml::Value::Table(_)) => {
+            target.remove(last);
+            Ok(())
+        }
+        None if key.strip_prefix("effects.").is_some_and(|name| EffectsSpec::NAMES.contains(&name)) => Ok(()),
+        Some(_) => Err("`false` removes a table, and this key is a value".to_string()),
+        None => {
+            let effects = EffectsSpec::NAMES.map(|name| format!("effects.{name}")).join(", ");
+            Err(format!(
+                "`false` removes a table, and there is none; allowed besides the scene's own are {effects}"
+            ))
+        }
+    }
 }
 
 fn syntax_error(file: &str, error: &toml::de::Error) -> InputError {
@@ -407,5 +433,34 @@ mod tests {
         let moving_wall = particle("wall", "[0.0, 0.0, 0.0]", "[0, 1, 0]");
         refused(&moving_wall, &[], &["geometry.particle[0].velocity_m_s", "only fluid"]);
         refused(&particle("ghost", "[0, 0, 0]", "[0, 0, 0]"), &[], &["ghost", "dummy_wall"]);
+    }
+
+    #[test]
+    fn false_switches_an_effect_off() {
+        let scene = parse(REGION, &["effects.viscosity=false", "effects.pressure=false"]).unwrap();
+        assert_eq!((scene.effects.viscosity, scene.effects.pressure), (None, None));
+        assert!(scene.effects.collision.is_some());
+        let last =
+            ["effects.collision=false", "effects.collision.distance=0.4", "effects.collision.restitution=0"];
+        let collision = parse(REGION, &last).unwrap().effects.collision.unwrap();
+        assert_eq!((collision.distance, collision.restitution), (0.4, 0.0), "a later change counts");
+    }
+
+    #[test]
+    fn false_for_what_is_no_table_is_refused() {
+        refused(REGION, &["effects.viscosty=false"], &["--set", "viscosty=false", "effects.viscosity"]);
+        refused(REGION, &["time_step_s=false"], &["--set", "time_step_s=false", "is a value"]);
+        refused(REGION, &["fluid=false"], &["missing field", "fluid"]);
+    }
+
+    /// `NAMES` repeats what serde knows.
+    #[test]
+    fn every_effect_can_be_switched_off() {
+        let error = toml::from_str::<EffectsSpec>("unheard_of = 1").unwrap_err().to_string();
+        let known: Vec<String> = error.split('`').skip(1).step_by(2).map(String::from).collect();
+        assert_eq!(
+            known.iter().filter(|name| EffectsSpec::NAMES.contains(&name.as_str())).count(),
+            known.len() - 1
+        );
     }
 }
