@@ -164,8 +164,14 @@ impl Team<'_> {
     /// The calling thread alone.
     pub const SERIAL: Team<'static> = Team { pool: None, schedule: Schedule::Static };
 
-    /// Calls `body` with ranges that together cover `0..len`, each index once.
+    /// Calls `body` with ranges that together cover `0..len`, each index once and none of them empty: a worker for whom
+    /// nothing is left is not asked, so that a body may take the first index of its range for one of its own.
     pub fn run(self, len: usize, body: impl Fn(Range<usize>) + Sync) {
+        let body = |range: Range<usize>| {
+            if !range.is_empty() {
+                body(range);
+            }
+        };
         let Some(pool) = self.pool else {
             return body(0..len);
         };
@@ -384,6 +390,7 @@ mod tests {
                     workers.scheduled().fill(
                         (Rows::new(&mut single), Rows::of_width(&mut triple, 3)),
                         |range, part| {
+                            assert!(!range.is_empty(), "{schedule} {threads} {len}");
                             for (k, i) in range.enumerate() {
                                 part.0[k] += i + 1;
                                 part.1[3 * k..3 * k + 3].iter_mut().for_each(|t| *t += i + 1);
