@@ -10,15 +10,16 @@ use repro::engine::search::grid::{Buckets, Grid};
 use repro::engine::search::linked_list::LinkedList;
 use repro::engine::search::{CandidateSearch, DistanceTest, NONE, Neighborhood, RootFirst, SquaredFirst};
 
-const SIDE: f64 = 0.31;
+const LARGEST_RADIUS: f64 = 0.31;
 
 /// Neighbours of every particle as `C` and `T` find them, in their order.
 fn neighbors<C: CandidateSearch, T: DistanceTest>(
     positions: &[[f64; 3]],
     radius: f64,
+    reach: usize,
     workers: &Workers,
 ) -> Vec<Vec<usize>> {
-    let grid = Grid::new(Domain { low: [-1.0; 3], high: [1.0; 3] }, SIDE).unwrap();
+    let grid = Grid::new(Domain { low: [-1.0; 3], high: [1.0; 3] }, LARGEST_RADIUS, reach).unwrap();
     let mut candidates = C::new(&grid, positions.len());
     let mut buckets = Buckets { grid, of_particle: vec![NONE; positions.len()] };
     buckets.assign(&vec![Kind::Fluid; positions.len()], positions, Team::SERIAL);
@@ -52,11 +53,11 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn all_searches_find_what_brute_force_finds(positions in positions(), radius in 0.01..SIDE) {
+    fn all_searches_find_what_brute_force_finds(positions in positions(), radius in 0.01..LARGEST_RADIUS, reach in 1..4usize) {
         let workers = Workers::new(2, Schedule::Static, &[]).unwrap();
-        let truth = neighbors::<BruteForce, SquaredFirst>(&positions, radius, &workers);
-        let list = neighbors::<LinkedList, SquaredFirst>(&positions, radius, &workers);
-        let relocated = neighbors::<AosRelocation, RootFirst>(&positions, radius, &workers);
+        let truth = neighbors::<BruteForce, SquaredFirst>(&positions, radius, reach, &workers);
+        let list = neighbors::<LinkedList, SquaredFirst>(&positions, radius, reach, &workers);
+        let relocated = neighbors::<AosRelocation, RootFirst>(&positions, radius, reach, &workers);
         prop_assert_eq!(&list, &relocated, "both must visit neighbours in the same order");
         prop_assert_eq!(sorted(list), truth);
     }

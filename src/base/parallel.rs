@@ -8,6 +8,7 @@ use std::fmt;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::str::FromStr;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -79,7 +80,7 @@ impl FromStr for Schedule {
 /// A team of threads that lives as long as the simulations which share it.
 #[derive(Debug)]
 pub struct Workers {
-    pool: rayon::ThreadPool,
+    pool: Arc<rayon::ThreadPool>,
     schedule: Schedule,
 }
 
@@ -109,7 +110,12 @@ impl Workers {
             })
             .build()
             .map_err(|error| failed(error.to_string()))?;
-        Ok(Workers { pool, schedule })
+        Ok(Workers { pool: Arc::new(pool), schedule })
+    }
+
+    /// The same threads with another schedule.
+    pub fn with_schedule(&self, schedule: Schedule) -> Self {
+        Workers { pool: Arc::clone(&self.pool), schedule }
     }
 
     /// The number of threads that really run.

@@ -41,6 +41,14 @@ pub fn median_interval(samples: &[f64]) -> Option<Interval> {
     Some(Interval { low: sorted[k], high: sorted[n - 1 - k] })
 }
 
+/// The standard deviation of samples, with `n - 1` in the denominator; `None` below two samples.
+pub fn standard_deviation(samples: &[f64]) -> Option<f64> {
+    let n = samples.len() as f64;
+    let mean = samples.iter().sum::<f64>() / n;
+    let squares: f64 = samples.iter().map(|x| (x - mean) * (x - mean)).sum();
+    (samples.len() > 1).then(|| (squares / (n - 1.0)).sqrt())
+}
+
 fn ascending(samples: &[f64]) -> Vec<f64> {
     let mut sorted = samples.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -74,6 +82,15 @@ impl Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_standard_deviation_is_that_of_a_sample() {
+        assert_eq!(standard_deviation(&[1.0]), None);
+        assert_eq!(
+            standard_deviation(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]),
+            Some((32.0f64 / 7.0).sqrt())
+        );
+    }
 
     #[test]
     fn medians() {

@@ -5,7 +5,7 @@ use clap::Args;
 
 use crate::cli::Exit;
 use crate::cli::measure::{ModeFlags, every_experiment, load};
-use crate::experiment::plan::{Calibration, Plan, PlannedRound, PlannedTrial, not_applicable};
+use crate::experiment::plan::{Calibration, Plan, PlannedRound, PlannedTrial};
 use crate::experiment::record::Stage;
 
 #[derive(Debug, Args)]
@@ -21,22 +21,19 @@ impl PlanVerb {
         let names = if self.experiments.is_empty() { every_experiment() } else { self.experiments };
         let plan = Plan::new(load(&names)?, self.mode.mode(), Calibration::measure()?)?;
         let mut out = std::io::stdout().lock();
-        writeln!(
-            out,
-            "{:<16} {:<8} {:>6} {:>6} {:>12} {:>9}",
-            "experiment", "stage", "rounds", "cells", "steps/round", "seconds"
-        )?;
+        writeln!(out, "{:<16} {:<8} {:>6} {:>6} {:>9}", "experiment", "stage", "rounds", "cells", "seconds")?;
         for k in 0..plan.experiments.len() {
-            for stage in [Stage::States, Stage::Whole, Stage::Paired] {
+            for stage in Stage::ALL {
                 if let Some(line) = line(&plan, k, stage) {
                     writeln!(out, "{line}")?;
                 }
             }
         }
         writeln!(out, "about {:.1} minutes in all, from a few steps just timed", plan.estimate_s() / 60.0)?;
-        for (experiment, threads) in not_applicable(&plan) {
-            if !threads.is_empty() {
-                writeln!(out, "{experiment}: not applicable here, too few hardware threads for {threads:?}")?;
+        for experiment in &plan.experiments {
+            for group in experiment.groups.iter().filter(|group| !group.not_applicable.is_empty()) {
+                let (id, missing) = (&experiment.spec.id, &group.not_applicable);
+                writeln!(out, "{id}: not applicable here, too few hardware threads for {missing:?}")?;
             }
         }
         Ok(Exit::Done)
@@ -47,11 +44,9 @@ impl PlanVerb {
 fn line(plan: &Plan, experiment: usize, stage: Stage) -> Option<String> {
     let of_stage = |round: &&PlannedRound| round.experiment == experiment && round.stage == stage;
     let rounds: Vec<&PlannedRound> = plan.rounds.iter().filter(of_stage).collect();
-    let trials = &rounds.first()?.trials;
-    let cells: usize = trials.iter().map(|trial| trial.variants.len()).sum();
-    let steps: usize = trials.iter().map(PlannedTrial::steps).sum();
+    let cells: usize = rounds.first()?.trials.iter().map(PlannedTrial::cells).sum();
     let seconds: f64 = rounds.iter().map(|round| round.estimate_s()).sum();
     let id = &plan.experiments[experiment].spec.id;
     let (stage, rounds) = (stage.name(), rounds.len());
-    Some(format!("{id:<16} {stage:<8} {rounds:>6} {cells:>6} {steps:>12} {seconds:>9.0}"))
+    Some(format!("{id:<16} {stage:<8} {rounds:>6} {cells:>6} {seconds:>9.0}"))
 }

@@ -16,8 +16,8 @@ impl Trial {
         std::io::stdin().read_to_string(&mut text).context("cannot read the trial's description")?;
         let request: TrialRequest =
             serde_json::from_str(&text).context("standard input is no trial's description")?;
-        let outcome = trial::run(&request)?;
-        std::io::stdout().write_all(&serde_json::to_vec(&outcome)?).context("cannot answer")?;
+        let answer = trial::run(&request)?;
+        std::io::stdout().write_all(&answer).context("cannot answer")?;
         Ok(Exit::Done)
     }
 }

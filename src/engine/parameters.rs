@@ -61,8 +61,8 @@ impl Parameters {
         self.radii.laplacian * self.particle_distance_m
     }
 
-    /// The largest radius, metres: the side of a bucket, so that the 27 buckets around a particle hold its neighbours.
-    pub fn bucket_side_m(&self) -> f64 {
+    /// The largest radius, metres: what the buckets around a particle must reach.
+    pub fn largest_radius_m(&self) -> f64 {
         self.number_density_radius_m().max(self.gradient_radius_m()).max(self.laplacian_radius_m())
     }
 

@@ -1,6 +1,7 @@
 //! How a simulation is computed, as opposed to what: the presets and the options that a preset sets.
 
 use std::fmt;
+use std::num::NonZeroUsize;
 use std::str::FromStr;
 
 use crate::base::parallel::Schedule;
@@ -22,17 +23,22 @@ pub enum Test {
     Squared,
 }
 
-/// Everything that may change the time of a simulation. The answer depends on `cg.tolerance` alone, to the last bit, but
-/// for two rarities: brute force sums in another order, and the two distance tests may round a pair that lies exactly on
-/// a radius to different sides.
+/// Everything that may change the time of a simulation. The answer depends on `cg.tolerance` and, since it decides the
+/// order of summation, on `buckets_per_radius`; on nothing else, to the last bit, but for two rarities: brute force sums
+/// in an order of its own, and the two distance tests may round a pair that lies exactly on a radius to different sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     pub search: Search,
     pub distance_test: Test,
+    /// How many buckets side by side are as long as the largest influence radius.
+    pub buckets_per_radius: NonZeroUsize,
     pub storage: Storage,
     pub schedule: Schedule,
     pub cg: CgParams,
 }
+
+/// The most buckets that a radius may reach across: a walk then visits 729.
+pub const MAX_BUCKETS_PER_RADIUS: usize = 4;
 
 /// The searches by preset name. The paper's two differ in this one field.
 const PRESETS: [(&str, Search); 3] = [
@@ -48,6 +54,8 @@ pub struct Preset(usize);
 impl Preset {
     pub const PAPER_LINKED_LIST: Preset = Preset(0);
     pub const PAPER_AOS_RELOCATION: Preset = Preset(1);
+    /// The two that the paper compares.
+    pub const PAPER: [Preset; 2] = [Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION];
 
     pub fn all() -> impl Iterator<Item = Preset> {
         (0..PRESETS.len()).map(Preset)
@@ -62,6 +70,7 @@ impl Preset {
         Options {
             search: PRESETS[self.0].1,
             distance_test: Test::Sqrt,
+            buckets_per_radius: NonZeroUsize::MIN,
             storage: Storage::Ell,
             schedule: Schedule::Dynamic(const { std::num::NonZeroUsize::new(64).unwrap() }),
             cg: CgParams::default(),

@@ -130,7 +130,7 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
     start: Start<'_>,
     workers: Arc<Workers>,
 ) -> Result<Box<dyn Simulation>, TooManyBuckets> {
-    let grid = Grid::new(parameters.domain, parameters.bucket_side_m())?;
+    let grid = Grid::new(parameters.domain, parameters.largest_radius_m(), options.buckets_per_radius.get())?;
     let mut particles = Particles::new(start.particles, &workers);
     if parameters.effects.pressure.is_some() {
         particles.add_pressure_columns(start.particles, &workers);

@@ -12,39 +12,29 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::experiment::interrupt;
 use crate::experiment::machine::without_paths;
-use crate::experiment::plan::{Plan, PlannedExperiment, PlannedRound, PlannedTrial};
-use crate::experiment::record::{Outcome, RoundRecord, SCHEMA, Stage, StateDigest, Status, TrialRecord};
+use crate::experiment::observe::ObserveRequest;
+use crate::experiment::plan::{Plan, PlannedRound, PlannedTrial, TimedWork, Work};
+use crate::experiment::record::{RoundRecord, SCHEMA, Stage, StateDigest, Status, TrialRecord};
 use crate::experiment::run::now_utc;
-use crate::experiment::trial::TrialRequest;
+use crate::experiment::states::States;
+use crate::experiment::trial::{TimedRequest, TrialRequest};
 
 /// A trial that takes this many times its estimate, and at least [`LEAST_LIMIT`], is stopped.
 const LIMIT_FACTOR: f64 = 8.0;
 const LEAST_LIMIT: Duration = Duration::from_secs(120);
 
-/// Digests of states, by the folder that holds the states of a scene, then by step.
-type Known = BTreeMap<std::path::PathBuf, BTreeMap<usize, String>>;
-
 /// Runs every round of `plan` that `folder` does not hold yet, in order.
 pub fn execute(plan: &Plan, folder: &Path) -> Result<()> {
-    let progress = progress_bar(plan);
-    let mut known = Known::new();
+    let mut execution = Execution {
+        plan,
+        folder,
+        progress: progress_bar(plan),
+        known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
+    };
     for round in &plan.rounds {
-        let experiment = &plan.experiments[round.experiment];
-        let path = RoundRecord::path(folder, &experiment.spec.id, round.stage, round.round);
-        let record = if path.is_file() && states_are_there(round, experiment, folder) {
-            let record = RoundRecord::read(&path)?;
-            progress.inc(milliseconds(round.estimate_s()));
-            progress.reset_eta();
-            record
-        } else {
-            let record = run_round(round, experiment, folder, &mut known, &progress)?;
-            require_states(round, &record)?;
-            record.write(folder)?;
-            record
-        };
-        remember(&record, experiment, folder, &mut known);
+        execution.complete(round)?;
     }
-    progress.finish_and_clear();
+    execution.progress.finish_and_clear();
     Ok(())
 }
 
@@ -59,12 +49,159 @@ fn milliseconds(seconds: f64) -> u64 {
     (seconds * 1e3) as u64
 }
 
-/// Whether a recorded round that left states still has them, if later rounds need any.
-fn states_are_there(round: &PlannedRound, experiment: &PlannedExperiment, folder: &Path) -> bool {
-    let saves = round.trials.iter().any(|trial| trial.saves_states);
-    let states = experiment.states_folder(folder);
-    let file = |step: usize| states.join(crate::scene::snapshot::file_name(step));
-    !saves || state_steps(experiment).iter().all(|&step| file(step).is_file())
+/// A plan on its way.
+struct Execution<'a> {
+    plan: &'a Plan,
+    folder: &'a Path,
+    progress: ProgressBar,
+    /// Digests by step, for each of the plan's states.
+    known: Vec<BTreeMap<usize, String>>,
+}
+
+impl Execution<'_> {
+    /// Runs a round unless it is recorded already.
+    fn complete(&mut self, round: &PlannedRound) -> Result<()> {
+        let id = &self.plan.experiments[round.experiment].spec.id;
+        let path = RoundRecord::path(self.folder, id, round.stage, round.round);
+        if path.is_file() && self.states_are_there(round) {
+            let record = RoundRecord::read(&path)?;
+            for (planned, trial) in round.trials.iter().zip(&record.trials) {
+                self.remember(planned, trial, round);
+            }
+            self.progress.inc(milliseconds(round.estimate_s()));
+            self.progress.reset_eta();
+            return Ok(());
+        }
+        let record = self.run_round(round)?;
+        require_states(round, &record)?;
+        record.write(self.folder)
+    }
+
+    /// The states that a timed trial starts from or leaves.
+    fn states_of(&self, timed: &TimedWork, round: &PlannedRound) -> (usize, &States) {
+        let place = self.plan.experiments[round.experiment].groups[timed.group].states;
+        (place, &self.plan.states[place])
+    }
+
+    /// Whether a recorded round that left states still has them.
+    fn states_are_there(&self, round: &PlannedRound) -> bool {
+        round.trials.iter().all(|trial| match &trial.work {
+            Work::Timed(timed) if timed.saves_states => self.states_of(timed, round).1.are_in(self.folder),
+            _ => true,
+        })
+    }
+
+    /// Takes the digests of whole runs as known for everything that follows.
+    fn remember(&mut self, planned: &PlannedTrial, trial: &TrialRecord, round: &PlannedRound) {
+        let Work::Timed(timed) = &planned.work else {
+            return;
+        };
+        let (place, _) = self.states_of(timed, round);
+        for StateDigest { step, digest } in trial.outcome.iter().flat_map(|outcome| &outcome.passed) {
+            self.known[place].entry(*step).or_insert_with(|| digest.clone());
+        }
+    }
+
+    fn run_round(&mut self, round: &PlannedRound) -> Result<RoundRecord> {
+        let experiment = &self.plan.experiments[round.experiment];
+        let (id, stage, number) = (&experiment.spec.id, round.stage.name(), round.round + 1);
+        let mut trials = Vec::new();
+        for (position, planned) in round.trials.iter().enumerate() {
+            interrupt::check()?;
+            let message = format!("{id}: {stage} round {number}, {} thread(s)", planned.threads);
+            self.progress.set_message(message);
+            let trial = self.run_trial(planned, round, position)?;
+            self.remember(planned, &trial, round);
+            trials.push(trial);
+        }
+        Ok(RoundRecord {
+            schema_version: SCHEMA,
+            experiment: id.clone(),
+            stage: round.stage,
+            round: round.round,
+            trials,
+        })
+    }
+
+    fn run_trial(
+        &self,
+        planned: &PlannedTrial,
+        round: &PlannedRound,
+        position: usize,
+    ) -> Result<TrialRecord> {
+        let experiment = &self.plan.experiments[round.experiment];
+        let (subject, variants, request) = match &planned.work {
+            Work::Timed(timed) => {
+                let request = self.timed_request(planned.threads, timed, round)?;
+                let subject = experiment.groups[timed.group].name.clone();
+                (subject, timed.variants.clone(), TrialRequest::Timed(request))
+            }
+            Work::Observed(run) => {
+                let run = &experiment.runs[*run].run;
+                let request = ObserveRequest {
+                    scene: run.scene.clone(),
+                    sets: run.sets.clone(),
+                    variant: run.variant.clone(),
+                    threads: planned.threads,
+                    pin: experiment.spec.pin.clone(),
+                };
+                (run.id.clone(), vec![run.variant.clone()], TrialRequest::Observed(request))
+            }
+        };
+        let limit = LEAST_LIMIT.max(Duration::from_secs_f64(LIMIT_FACTOR * planned.estimate_s));
+        let (started_utc, began, done) = (now_utc(), Instant::now(), self.progress.position());
+        let expected = milliseconds(planned.estimate_s);
+        let ending = run_child(&request, limit, |elapsed| {
+            let share = (elapsed.as_millis() as u64).min(expected * 95 / 100);
+            self.progress.set_position(done + share);
+        })?;
+        self.progress.set_position(done + expected);
+        let mut record = TrialRecord {
+            position,
+            subject,
+            threads: planned.threads,
+            variants,
+            status: Status::Failed,
+            reason: String::new(),
+            started_utc,
+            wall_s: began.elapsed().as_secs_f64(),
+            outcome: None,
+            observation: None,
+        };
+        record.take(ending, &request, limit);
+        Ok(record)
+    }
+
+    fn timed_request(&self, threads: usize, timed: &TimedWork, round: &PlannedRound) -> Result<TimedRequest> {
+        let experiment = &self.plan.experiments[round.experiment];
+        let group = &experiment.groups[timed.group];
+        let (place, states) = self.states_of(timed, round);
+        let folder = states.folder(self.folder);
+        std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        let mut known = states.known_digests();
+        let passed = self.known[place].iter();
+        known.extend(passed.map(|(&step, digest)| StateDigest { step, digest: digest.clone() }));
+        let mut name_at = states.end_steps.clone();
+        name_at.insert(group.scene.steps());
+        Ok(TimedRequest {
+            scene: experiment.spec.scene.clone(),
+            sets: group.sets.clone(),
+            variants: timed.variants.clone(),
+            states_of: states.variant(),
+            threads,
+            pin: experiment.spec.pin.clone(),
+            windows: timed.windows.clone(),
+            states: folder,
+            save_at: if timed.saves_states {
+                states.start_steps.iter().copied().collect()
+            } else {
+                Vec::new()
+            },
+            name_at: if round.stage == Stage::Paired { Vec::new() } else { name_at.into_iter().collect() },
+            known,
+            seed: timed.seed,
+        })
+    }
 }
 
 /// Without the states that one trial leaves, no later trial can start: its failure ends the run before it is recorded,
@@ -72,118 +209,43 @@ fn states_are_there(round: &PlannedRound, experiment: &PlannedExperiment, folder
 fn require_states(round: &PlannedRound, record: &RoundRecord) -> Result<()> {
     for (planned, trial) in round.trials.iter().zip(&record.trials) {
         ensure!(
-            !planned.saves_states || trial.status == Status::Ok,
-            "the whole run whose states later trials start from failed: {}",
+            !planned.saves_states() || trial.status == Status::Ok,
+            "the run whose states later trials start from failed: {}",
             trial.reason
         );
     }
     Ok(())
 }
 
-/// The steps whose states windows start from.
-fn state_steps(experiment: &PlannedExperiment) -> Vec<usize> {
-    experiment.windows.iter().map(|w| w.start_step).filter(|&step| step > 0).collect()
-}
-
-/// Takes the digests of whole runs as known for everything that follows.
-fn remember(record: &RoundRecord, experiment: &PlannedExperiment, folder: &Path, known: &mut Known) {
-    let digests = known.entry(experiment.states_folder(folder)).or_default();
-    let passed = record.trials.iter().filter_map(|trial| trial.outcome.as_ref()).flat_map(|o| &o.passed);
-    for StateDigest { step, digest } in passed {
-        digests.entry(*step).or_insert_with(|| digest.clone());
-    }
-}
-
-fn run_round(
-    round: &PlannedRound,
-    experiment: &PlannedExperiment,
-    folder: &Path,
-    known: &mut Known,
-    progress: &ProgressBar,
-) -> Result<RoundRecord> {
-    let mut record = RoundRecord {
-        schema_version: SCHEMA,
-        experiment: experiment.spec.id.clone(),
-        stage: round.stage,
-        round: round.round,
-        trials: Vec::new(),
-    };
-    for (position, trial) in round.trials.iter().enumerate() {
-        interrupt::check()?;
-        let (id, stage, number) = (&experiment.spec.id, round.stage.name(), round.round + 1);
-        progress.set_message(format!("{id}: {stage} round {number}, {} thread(s)", trial.threads));
-        let request = request(trial, round.stage, experiment, folder, known);
-        std::fs::create_dir_all(&request.states)
-            .with_context(|| format!("cannot create {}", request.states.display()))?;
-        let limit = LEAST_LIMIT.max(Duration::from_secs_f64(LIMIT_FACTOR * trial.estimate_s));
-        let (started_utc, began, done) = (now_utc(), Instant::now(), progress.position());
-        let expected = milliseconds(trial.estimate_s);
-        let ending = run_child(&request, limit, |elapsed| {
-            let share = (elapsed.as_millis() as u64).min(expected * 95 / 100);
-            progress.set_position(done + share);
-        })?;
-        progress.set_position(done + expected);
-        let (status, reason, outcome) = match ending {
-            Ending::Outcome(outcome) => (Status::Ok, String::new(), Some(*outcome)),
-            Ending::Failed(reason) => (Status::Failed, reason, None),
+impl TrialRecord {
+    /// Takes up how the trial's process ended.
+    fn take(&mut self, ending: Ending, request: &TrialRequest, limit: Duration) {
+        self.status = Status::Ok;
+        let answer = match ending {
+            Ending::Answer(answer) => answer,
+            Ending::Failed(reason) => {
+                (self.status, self.reason) = (Status::Failed, reason);
+                return;
+            }
             Ending::Timeout => {
-                let reason = format!("took longer than its limit of {:.0} s", limit.as_secs_f64());
-                (Status::Timeout, reason, None)
+                self.status = Status::Timeout;
+                self.reason = format!("took longer than its limit of {:.0} s", limit.as_secs_f64());
+                return;
             }
         };
-        record.trials.push(TrialRecord {
-            position,
-            threads: trial.threads,
-            variants: trial.variants.clone(),
-            status,
-            reason,
-            started_utc,
-            wall_s: began.elapsed().as_secs_f64(),
-            outcome,
-        });
-        remember(&record, experiment, folder, known);
-    }
-    Ok(record)
-}
-
-fn request(
-    trial: &PlannedTrial,
-    stage: Stage,
-    experiment: &PlannedExperiment,
-    folder: &Path,
-    known: &Known,
-) -> TrialRequest {
-    let states = experiment.states_folder(folder);
-    let mut digests = experiment.known_digests();
-    if let Some(found) = known.get(&states) {
-        digests.extend(found.iter().map(|(&step, digest)| StateDigest { step, digest: digest.clone() }));
-    }
-    let mut name_at: Vec<usize> = match stage {
-        Stage::Paired => Vec::new(),
-        Stage::Whole | Stage::States => {
-            experiment.windows.iter().map(|w| w.end_step()).chain([experiment.scene.steps()]).collect()
+        let taken = match request {
+            TrialRequest::Timed(_) => serde_json::from_slice(&answer).map(|o| self.outcome = Some(o)),
+            TrialRequest::Observed(_) => serde_json::from_slice(&answer).map(|o| self.observation = Some(o)),
+        };
+        if let Err(error) = taken {
+            (self.status, self.reason) = (Status::Failed, format!("its answer cannot be read: {error}"));
         }
-    };
-    name_at.sort_unstable();
-    name_at.dedup();
-    TrialRequest {
-        scene: experiment.spec.scene.clone(),
-        sets: experiment.sets.clone(),
-        variants: trial.variants.clone(),
-        threads: trial.threads,
-        pin: experiment.spec.fixed.pin.clone(),
-        windows: trial.windows.clone(),
-        states,
-        save_at: if trial.saves_states { state_steps(experiment) } else { Vec::new() },
-        name_at,
-        known: digests,
-        seed: trial.seed,
     }
 }
 
 /// How a child ended.
 enum Ending {
-    Outcome(Box<Outcome>),
+    Answer(Vec<u8>),
     Failed(String),
     Timeout,
 }
@@ -244,10 +306,7 @@ fn run_child(request: &TrialRequest, limit: Duration, tick: impl Fn(Duration)) -
     if !status.success() || !read {
         return Ok(Ending::Failed(format!("{} ({status})", reason(&complaint))));
     }
-    match serde_json::from_slice(&answer) {
-        Ok(outcome) => Ok(Ending::Outcome(Box::new(outcome))),
-        Err(error) => Ok(Ending::Failed(format!("its answer cannot be read: {error}"))),
-    }
+    Ok(Ending::Answer(answer))
 }
 
 /// What a child that failed said about it: its own error, or else the message of its panic, without paths.

@@ -1,16 +1,24 @@
 //! Experiments: what to measure, and the measuring.
 //!
-//! `spec` says what an experiment asks; `plan` turns it into rounds of trials; `execute` runs them in child processes,
-//! each of which does what `trial` says; `record` is what they leave behind, and `run` the folder that it is left in.
+//! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
+//! turns it into rounds of trials; `execute` runs them in child processes, each of which does what `trial` or `observe`
+//! says; `record` is what they leave behind, and `run` the folder that it is left in.
 
 pub mod execute;
+pub mod factors;
 pub mod interrupt;
 pub mod library;
 pub mod machine;
 pub mod memory;
+pub mod memory_order;
+pub mod observe;
+pub mod observed;
 pub mod plan;
+pub mod quantity;
 pub mod record;
 pub mod run;
 pub mod spec;
+pub mod states;
+pub mod sweep;
 pub mod timer;
 pub mod trial;

@@ -1,22 +1,23 @@
-//! From experiments to rounds of trials: which cells, in which order, and how long it will take.
+//! From experiments to rounds of trials: which cells and runs, in which order, and how long it will take.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use serde::{Deserialize, Serialize};
 
 use crate::base::input::{Check, InputError};
 use crate::base::parallel::Workers;
 use crate::engine::phase::NoProbe;
 use crate::engine::preset::Preset;
 use crate::engine::simulation::{self, Start};
+use crate::experiment::factors::Factors;
 use crate::experiment::machine::{Topology, allowed_cpus};
 use crate::experiment::memory;
-use crate::experiment::record::{Stage, StateDigest, Variant, Window};
-use crate::experiment::spec::{Experiment, Mode, Paired, Whole};
+use crate::experiment::observed::ObservedRun;
+use crate::experiment::record::{Stage, Variant, Window};
+use crate::experiment::spec::{Experiment, Mode, Paired, Whole, Windows, scene_sets};
+use crate::experiment::states::{States, StatesKey};
 use crate::scene::{Scene, library};
 
 /// Everything a run will do, in order.
@@ -24,6 +25,8 @@ use crate::scene::{Scene, library};
 pub struct Plan {
     pub mode: Mode,
     pub experiments: Vec<PlannedExperiment>,
+    /// States that windows start from, each left by one run for all experiments that need it.
+    pub states: Vec<States>,
     pub rounds: Vec<PlannedRound>,
     /// Hardware threads that may be used here.
     pub usable_threads: usize,
@@ -31,16 +34,37 @@ pub struct Plan {
     pub usable_cores: usize,
 }
 
-/// An experiment with its scene as this mode sees it.
+/// An experiment as this mode sees it.
 #[derive(Debug, Clone)]
 pub struct PlannedExperiment {
     pub spec: Experiment,
+    pub groups: Vec<Group>,
+    pub runs: Vec<PlannedRun>,
+}
+
+/// A group of timed cells with its scene.
+#[derive(Debug, Clone)]
+pub struct Group {
+    pub name: String,
     pub scene: Scene,
     pub sets: Vec<String>,
     pub particles: usize,
+    pub variants: Vec<Variant>,
     /// Thread counts that this machine has the cores for.
     pub threads: Vec<usize>,
+    /// Those that it has not.
+    pub not_applicable: Vec<usize>,
     pub windows: Vec<Window>,
+    /// Index into [`Plan::states`].
+    pub states: usize,
+}
+
+/// A run to observe with its size.
+#[derive(Debug, Clone)]
+pub struct PlannedRun {
+    pub run: ObservedRun,
+    pub scene: Scene,
+    pub particles: usize,
 }
 
 /// The trials of one round, in the order in which they run.
@@ -56,9 +80,24 @@ pub struct PlannedRound {
 #[derive(Debug, Clone)]
 pub struct PlannedTrial {
     pub threads: usize,
+    pub estimate_s: f64,
+    pub work: Work,
+}
+
+/// What a trial does.
+#[derive(Debug, Clone)]
+pub enum Work {
+    Timed(TimedWork),
+    /// Index into [`PlannedExperiment::runs`].
+    Observed(usize),
+}
+
+#[derive(Debug, Clone)]
+pub struct TimedWork {
+    /// Index into [`PlannedExperiment::groups`].
+    pub group: usize,
     pub variants: Vec<Variant>,
     pub windows: Vec<Window>,
-    pub estimate_s: f64,
     /// Seeds the order of variants within a step.
     pub seed: u64,
     /// Whether the trial leaves the states from which windows start.
@@ -90,13 +129,17 @@ impl Calibration {
         Ok(Calibration { s_per_particle_step: 1.25 * per_step / particles.len() as f64 })
     }
 
-    /// Steps cost what was measured; each process and window pays a little to start.
-    fn estimate_s(self, particles: usize, threads: usize, variants: usize, windows: &[Window]) -> f64 {
-        let steps: usize = windows.iter().map(|w| w.warmup_steps + w.steps).sum();
+    /// Seconds for `steps` steps of `particles` particles each.
+    fn stepping_s(self, particles: usize, threads: usize, steps: usize) -> f64 {
         let speed_up = 0.3 + 0.7 * threads as f64;
-        let stepping = (steps * variants * particles) as f64 * self.s_per_particle_step / speed_up;
-        let starting = 0.1 + windows.len() as f64 * particles as f64 * 3e-6;
-        stepping + starting
+        (steps * particles) as f64 * self.s_per_particle_step / speed_up
+    }
+
+    /// Steps cost what was measured; each process and window pays a little to start.
+    fn timed_s(self, particles: usize, threads: usize, variants: usize, windows: &[Window]) -> f64 {
+        let steps: usize = windows.iter().map(|w| w.warmup_steps + w.steps).sum();
+        let starting = 0.1 + (windows.len() * (variants + 2) * particles) as f64 * 1e-6;
+        self.stepping_s(particles, threads, steps * variants) + starting
     }
 }
 
@@ -106,19 +149,18 @@ impl Plan {
         let topology = Topology::read(Path::new("/"), &allowed_cpus());
         let usable_threads = topology.usable_cores();
         let usable_cores = topology.physical_cores().min(usable_threads);
+        let mut states = Vec::new();
         let experiments = experiments
             .into_iter()
-            .map(|spec| PlannedExperiment::new(spec, mode, usable_threads))
+            .map(|spec| PlannedExperiment::new(spec, mode, usable_threads, &mut states))
             .collect::<Result<Vec<_>, InputError>>()?;
         let mut rounds = Vec::new();
-        let mut states: Vec<StatesKey> = Vec::new();
-        for (k, experiment) in experiments.iter().enumerate() {
-            let key = experiment.states_key();
-            let left = if states.contains(&key) { States::LeftByAnother } else { States::MustBeLeft };
-            states.push(key);
-            rounds.extend(experiment.rounds(k, mode, calibration, left));
+        let mut left = vec![false; states.len()];
+        for (index, experiment) in experiments.iter().enumerate() {
+            let planner = RoundPlanner { experiment, index, calibration, states: &states };
+            rounds.extend(planner.rounds(mode, usable_threads, &mut left));
         }
-        Ok(Plan { mode, experiments, rounds, usable_threads, usable_cores })
+        Ok(Plan { mode, experiments, states, rounds, usable_threads, usable_cores })
     }
 
     /// Seconds that all rounds will take.
@@ -128,10 +170,16 @@ impl Plan {
 }
 
 impl PlannedTrial {
-    /// Steps of all variants together, those to warm up included.
-    pub fn steps(&self) -> usize {
-        let steps: usize = self.windows.iter().map(|w| w.warmup_steps + w.steps).sum();
-        steps * self.variants.len()
+    /// The ways to compute, or the one run to observe.
+    pub fn cells(&self) -> usize {
+        match &self.work {
+            Work::Timed(timed) => timed.variants.len(),
+            Work::Observed(_) => 1,
+        }
+    }
+
+    pub fn saves_states(&self) -> bool {
+        matches!(&self.work, Work::Timed(timed) if timed.saves_states)
     }
 }
 
@@ -141,126 +189,83 @@ impl PlannedRound {
     }
 }
 
-/// Experiments with the same key can start from the same states.
-type StatesKey = (String, Vec<String>, String, Vec<Window>);
-
 impl PlannedExperiment {
-    fn new(spec: Experiment, mode: Mode, usable_threads: usize) -> Result<Self, InputError> {
-        let sets = spec.measurement(mode).scene_sets();
+    fn new(
+        spec: Experiment,
+        mode: Mode,
+        usable_threads: usize,
+        states: &mut Vec<States>,
+    ) -> Result<Self, InputError> {
+        let groups = spec
+            .groups(mode)
+            .map(|factors| Group::new(&spec, factors, mode, usable_threads, states))
+            .collect::<Result<Vec<_>, _>>()?;
+        let runs =
+            spec.observed_runs(mode).into_iter().map(PlannedRun::new).collect::<Result<Vec<_>, _>>()?;
+        Ok(PlannedExperiment { spec, groups, runs })
+    }
+}
+
+impl Group {
+    fn new(
+        spec: &Experiment,
+        factors: &Factors,
+        mode: Mode,
+        usable_threads: usize,
+        states: &mut Vec<States>,
+    ) -> Result<Self, InputError> {
+        let measurement = spec.measurement(mode);
+        let sets = scene_sets([&measurement.scene, &factors.scene]);
         let scene = library::load(&spec.scene, &sets)?;
-        scene.require_memory(&spec.scene, spec.variants().len(), memory::available_bytes())?;
+        let variants = factors.variants(&spec.fixed);
+        for variant in &variants {
+            library::load(&spec.scene, &[&sets[..], &variant.scene_changes()].concat())?;
+        }
+        scene.require_memory(&spec.scene, variants.len(), memory::available_bytes())?;
         let particles = scene.particles(&spec.scene)?.len();
-        let threads = spec.factors.threads.iter().copied().filter(|&t| t <= usable_threads).collect();
-        let windows = match &spec.measurement(mode).paired {
-            Some(paired) => {
-                let (asked, there) = (paired.windows * (paired.warmup_steps + paired.steps), scene.steps());
-                let key = format!("mode.{}.paired.windows", mode.name());
-                let allowed = format!("windows, warm-up included, may cover the scene's {there} steps once");
-                Check { file: &spec.id }.require(
-                    asked <= there,
-                    &key,
-                    format!("{asked} steps in all"),
-                    allowed,
-                )?;
-                windows(paired, there)
-            }
+        let windows = match &measurement.paired {
+            Some(paired) => windows_of(paired, &scene, &spec.id, mode)?,
             None => Vec::new(),
         };
-        Ok(PlannedExperiment { spec, scene, sets, particles, threads, windows })
-    }
-
-    fn states_key(&self) -> StatesKey {
-        let tolerance = format!("cg_tolerance={}", self.spec.fixed.cg_tolerance);
-        (self.spec.scene.clone(), self.sets.clone(), tolerance, self.windows.clone())
-    }
-
-    /// The folder of the run that holds the states of this experiment's scene.
-    pub fn states_folder(&self, run: &Path) -> PathBuf {
-        let name = |text: &str| -> String {
-            text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
-        };
-        let parts: Vec<String> = std::iter::once(&self.scene.name)
-            .chain(&self.sets)
-            .chain([&self.states_key().2])
-            .map(|part| name(part))
-            .collect();
-        run.join("states").join(parts.join("_"))
-    }
-
-    /// The rounds of every stage. The first whole run leaves the states from which windows start; where there is none, a
-    /// run of its own does.
-    fn rounds(
-        &self,
-        index: usize,
-        mode: Mode,
-        calibration: Calibration,
-        states: States,
-    ) -> Vec<PlannedRound> {
-        let measurement = self.spec.measurement(mode);
-        let planner = RoundPlanner { experiment: self, index, calibration };
-        let mut rounds = Vec::new();
-        if let Some(whole) = &measurement.whole {
-            rounds.extend((0..whole.rounds).map(|round| planner.whole(whole, round)));
-        }
-        if states == States::MustBeLeft && !self.windows.is_empty() {
-            if rounds.is_empty() {
-                rounds.push(planner.states());
-            }
-            if let Some(first) = rounds[0].trials.first_mut() {
-                first.saves_states = true;
-            }
-        }
-        if let Some(paired) = &measurement.paired {
-            rounds.extend((0..paired.rounds).map(|round| planner.paired(round)));
-        }
-        rounds
-    }
-
-    /// The random order of one round: the same whenever and wherever it is planned.
-    fn random(&self, stage: Stage, round: usize) -> fastrand::Rng {
-        fastrand::Rng::with_seed(self.spec.seed ^ ((stage as u64) << 32) ^ round as u64)
-    }
-
-    /// Digests of this scene's states that are known before any trial.
-    pub fn known_digests(&self) -> Vec<StateDigest> {
-        let embedded: KnownDigests = toml::from_str(include_str!("../../experiments/digests.toml"))
-            .expect("the embedded digests are valid");
-        let same_scene = |known: &KnownDigest| {
-            self.spec.scene == known.scene
-                && self.scene.particle_distance_m == known.particle_distance_m
-                && self.spec.fixed.cg_tolerance == known.cg_tolerance
-                && self.sets.iter().all(|set| set.starts_with("particle_distance_m="))
-        };
-        embedded
-            .state
-            .into_iter()
-            .filter(same_scene)
-            .map(|known| StateDigest { step: known.step, digest: known.digest })
-            .collect()
+        let key =
+            StatesKey { scene: spec.scene.clone(), sets: sets.clone(), tolerance: spec.fixed.cg_tolerance };
+        let (applicable, not_applicable) =
+            factors.thread_counts(usable_threads).into_iter().partition(|&count| count <= usable_threads);
+        Ok(Group {
+            name: factors.name.clone(),
+            states: States::needed(states, key, &scene, &windows),
+            scene,
+            sets,
+            particles,
+            variants,
+            threads: applicable,
+            not_applicable,
+            windows,
+        })
     }
 }
 
-#[derive(Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct KnownDigests {
-    state: Vec<KnownDigest>,
+impl PlannedRun {
+    fn new(run: ObservedRun) -> Result<Self, InputError> {
+        let sets = [&run.sets[..], &run.variant.scene_changes()].concat();
+        let scene = library::load(&run.scene, &sets)?;
+        scene.require_memory(&run.scene, 1, memory::available_bytes())?;
+        Ok(PlannedRun { particles: scene.particles(&run.scene)?.len(), scene, run })
+    }
 }
 
-#[derive(Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct KnownDigest {
-    scene: String,
-    particle_distance_m: f64,
-    cg_tolerance: f64,
-    step: usize,
-    digest: String,
-}
-
-/// Whether an experiment's states lie there already when its turn comes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum States {
-    MustBeLeft,
-    LeftByAnother,
+/// The windows of a mode, checked against the scene's length.
+fn windows_of(paired: &Paired, scene: &Scene, id: &str, mode: Mode) -> Result<Vec<Window>, InputError> {
+    let (there, length) = (scene.steps(), paired.warmup_steps + paired.steps);
+    let windows = windows(paired, there);
+    let apart = windows.windows(2).all(|pair| pair[0].end_step() <= pair[1].start_step);
+    let inside = windows.last().is_none_or(|last| last.end_step() <= there);
+    let key = format!("mode.{}.paired.windows", mode.name());
+    let allowed = format!(
+        "windows of {length} steps, warm-up included, must follow one another within the scene's {there} steps"
+    );
+    Check { file: id }.require(apart && inside, &key, format!("{:?}", paired.windows), allowed)?;
+    Ok(windows)
 }
 
 /// Makes the rounds of one experiment.
@@ -268,38 +273,71 @@ struct RoundPlanner<'a> {
     experiment: &'a PlannedExperiment,
     index: usize,
     calibration: Calibration,
+    states: &'a [States],
 }
 
 impl RoundPlanner<'_> {
-    fn trial(&self, threads: usize, variants: Vec<Variant>, windows: Vec<Window>, seed: u64) -> PlannedTrial {
-        let particles = self.experiment.particles;
-        let estimate_s = self.calibration.estimate_s(particles, threads, variants.len(), &windows);
-        PlannedTrial { threads, variants, windows, estimate_s, seed, saves_states: false }
+    /// The rounds of every stage. The first whole run of a scene leaves the states from which windows start; where there
+    /// is none, a run of its own does. `left` says whose states lie there already.
+    fn rounds(&self, mode: Mode, usable_threads: usize, left: &mut [bool]) -> Vec<PlannedRound> {
+        let measurement = self.experiment.spec.measurement(mode);
+        let mut rounds = Vec::new();
+        if let Some(whole) = &measurement.whole {
+            rounds.extend((0..whole.rounds).map(|round| self.whole(whole, round)));
+        }
+        for (k, group) in self.experiment.groups.iter().enumerate() {
+            if group.windows.is_empty() || std::mem::replace(&mut left[group.states], true) {
+                continue;
+            }
+            let of_group = |trial: &&mut PlannedTrial| matches!(&trial.work, Work::Timed(t) if t.group == k);
+            let first = rounds.first_mut().and_then(|round| round.trials.iter_mut().find(of_group));
+            match first.map(|trial| &mut trial.work) {
+                Some(Work::Timed(timed)) => timed.saves_states = true,
+                _ => rounds.push(self.states(k, usable_threads)),
+            }
+        }
+        if let Some(paired) = &measurement.paired {
+            rounds.extend((0..paired.rounds).map(|round| self.paired(round)));
+        }
+        if let Some(observed) = &measurement.observed {
+            rounds.extend((0..observed.rounds).map(|round| self.observed(round, usable_threads)));
+        }
+        rounds
+    }
+
+    /// The random order of one round: the same whenever and wherever it is planned.
+    fn random(&self, stage: Stage, round: usize) -> fastrand::Rng {
+        fastrand::Rng::with_seed(self.experiment.spec.seed ^ ((stage as u64) << 32) ^ round as u64)
+    }
+
+    fn timed(&self, threads: usize, work: TimedWork) -> PlannedTrial {
+        let particles = self.experiment.groups[work.group].particles;
+        let estimate_s = self.calibration.timed_s(particles, threads, work.variants.len(), &work.windows);
+        PlannedTrial { threads, estimate_s, work: Work::Timed(work) }
     }
 
     fn round(&self, stage: Stage, round: usize, trials: Vec<PlannedTrial>) -> PlannedRound {
         PlannedRound { experiment: self.index, stage, round, trials }
     }
 
-    /// All steps of the scene.
-    fn every_step(&self) -> Vec<Window> {
-        vec![Window { start_step: 0, warmup_steps: 0, steps: self.experiment.scene.steps() }]
-    }
-
     /// One whole run a variant and thread count.
     fn whole(&self, whole: &Whole, round: usize) -> PlannedRound {
-        let mut random = self.experiment.random(Stage::Whole, round);
+        let mut random = self.random(Stage::Whole, round);
         let mut trials = Vec::new();
-        for variant in self.experiment.spec.variants() {
-            let tests = whole.distance_test.as_ref();
-            if tests.is_none_or(|tests| tests.contains(&variant.distance_test)) {
-                for &threads in &self.experiment.threads {
-                    trials.push(self.trial(
-                        threads,
-                        vec![variant.clone()],
-                        self.every_step(),
-                        random.u64(..),
-                    ));
+        for (k, group) in self.experiment.groups.iter().enumerate() {
+            let wanted = |variant: &&Variant| {
+                whole.distance_test.as_ref().is_none_or(|tests| tests.contains(&variant.distance_test))
+            };
+            for variant in group.variants.iter().filter(wanted) {
+                for &threads in &group.threads {
+                    let work = TimedWork {
+                        group: k,
+                        variants: vec![variant.clone()],
+                        windows: steps_up_to(group.scene.steps()),
+                        seed: random.u64(..),
+                        saves_states: false,
+                    };
+                    trials.push(self.timed(threads, work));
                 }
             }
         }
@@ -307,40 +345,80 @@ impl RoundPlanner<'_> {
         self.round(Stage::Whole, round, trials)
     }
 
-    /// One trial a thread count, with all variants in lock step.
+    /// One trial a group and thread count, with all variants in lock step.
     fn paired(&self, round: usize) -> PlannedRound {
-        let mut random = self.experiment.random(Stage::Paired, round);
-        let (variants, windows) = (self.experiment.spec.variants(), &self.experiment.windows);
-        let trial = |&threads: &usize, seed| self.trial(threads, variants.clone(), windows.clone(), seed);
-        let mut trials: Vec<PlannedTrial> =
-            self.experiment.threads.iter().map(|threads| trial(threads, random.u64(..))).collect();
+        let mut random = self.random(Stage::Paired, round);
+        let mut trials = Vec::new();
+        for (k, group) in self.experiment.groups.iter().enumerate() {
+            for &threads in &group.threads {
+                let work = TimedWork {
+                    group: k,
+                    variants: group.variants.clone(),
+                    windows: group.windows.clone(),
+                    seed: random.u64(..),
+                    saves_states: false,
+                };
+                trials.push(self.timed(threads, work));
+            }
+        }
         random.shuffle(&mut trials);
         self.round(Stage::Paired, round, trials)
     }
 
-    /// One whole run on all cores that nobody times: it only leaves states.
-    fn states(&self) -> PlannedRound {
-        let mut variant = self.experiment.spec.variants()[0].clone();
-        variant.preset = Preset::PAPER_AOS_RELOCATION.name().to_string();
-        variant.distance_test = "squared".to_string();
-        variant.storage = "csr".to_string();
-        let threads = self.experiment.threads.iter().copied().max().unwrap_or(1);
-        self.round(Stage::States, 0, vec![self.trial(threads, vec![variant], self.every_step(), 0)])
+    /// One run on all cores, up to the last state that is needed, that nobody times: it only leaves states.
+    fn states(&self, group: usize, usable_threads: usize) -> PlannedRound {
+        let states = &self.states[self.experiment.groups[group].states];
+        let variant = Variant {
+            preset: Preset::PAPER_AOS_RELOCATION.name().to_string(),
+            distance_test: "squared".to_string(),
+            storage: "csr".to_string(),
+            ..states.variant()
+        };
+        let work = TimedWork {
+            group,
+            variants: vec![variant],
+            windows: steps_up_to(states.last_step()),
+            seed: 0,
+            saves_states: true,
+        };
+        self.round(Stage::States, group, vec![self.timed(usable_threads, work)])
+    }
+
+    /// Every observed run once, on all cores.
+    fn observed(&self, round: usize, usable_threads: usize) -> PlannedRound {
+        let mut random = self.random(Stage::Observed, round);
+        let trial = |(k, planned): (usize, &PlannedRun)| PlannedTrial {
+            threads: usable_threads,
+            estimate_s: 0.1
+                + self.calibration.stepping_s(planned.particles, usable_threads, planned.scene.steps()),
+            work: Work::Observed(k),
+        };
+        let mut trials: Vec<PlannedTrial> = self.experiment.runs.iter().enumerate().map(trial).collect();
+        random.shuffle(&mut trials);
+        self.round(Stage::Observed, round, trials)
     }
 }
 
-/// Windows spread evenly over the run, one in the middle of each equal part of it.
+/// One window over all steps up to `last`.
+fn steps_up_to(last: usize) -> Vec<Window> {
+    vec![Window { start_step: 0, warmup_steps: 0, steps: last }]
+}
+
+/// Windows after the stated steps or, spread evenly, one in the middle of each equal part of a run.
 fn windows(paired: &Paired, steps: usize) -> Vec<Window> {
     let length = paired.warmup_steps + paired.steps;
-    let part = steps as f64 / paired.windows as f64;
-    (0..paired.windows)
-        .map(|k| {
-            let middle = (k as f64 + 0.5) * part;
+    let starts: Vec<usize> = match &paired.windows {
+        Windows::After(starts) => starts.clone(),
+        Windows::Spread(count) => {
+            let part = steps as f64 / *count as f64;
+            let middle = |k: usize| (k as f64 + 0.5) * part;
             let last_start = steps.saturating_sub(length);
-            let start_step = ((middle - 0.5 * length as f64).max(0.0) as usize).min(last_start);
-            Window { start_step, warmup_steps: paired.warmup_steps, steps: paired.steps }
-        })
-        .collect()
+            let start = |k| ((middle(k) - 0.5 * length as f64).max(0.0) as usize).min(last_start);
+            (0..*count).map(start).collect()
+        }
+    };
+    let Paired { warmup_steps, steps, .. } = *paired;
+    starts.into_iter().map(|start_step| Window { start_step, warmup_steps, steps }).collect()
 }
 
 /// The CPUs to pin to: `off`, `close` or `spread`.
@@ -355,24 +433,17 @@ pub fn pin_order(pin: &str) -> Result<Vec<usize>> {
     }
 }
 
-/// Cells that a run will not measure because the machine has too few hardware threads: thread counts by experiment.
-pub fn not_applicable(plan: &Plan) -> BTreeMap<String, Vec<usize>> {
-    plan.experiments
-        .iter()
-        .map(|e| {
-            let missing = e.spec.factors.threads.iter().filter(|t| !e.threads.contains(t));
-            (e.spec.id.clone(), missing.copied().collect())
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
+
+    const CALIBRATION: Calibration = Calibration { s_per_particle_step: 1e-6 };
 
     #[test]
     fn windows_lie_in_the_middle_of_equal_parts() {
-        let paired = Paired { rounds: 1, windows: 8, warmup_steps: 1, steps: 6 };
+        let paired = Paired { rounds: 1, windows: Windows::Spread(8), warmup_steps: 1, steps: 6 };
         let windows = windows(&paired, 667);
         assert_eq!(windows[0].start_step, 38);
         assert_eq!(windows[7].start_step, 621);
@@ -381,15 +452,24 @@ mod tests {
 
     #[test]
     fn a_plan_is_the_same_every_time() {
-        let calibration = Calibration { s_per_particle_step: 1e-6 };
         let plan = || {
-            let table2 = crate::experiment::library::load("table2").unwrap();
-            let figure4 = crate::experiment::library::load("figure4").unwrap();
-            Plan::new(vec![table2, figure4], Mode::Quick, calibration).unwrap()
+            let experiments = vec![crate::experiment::library::load("table2").unwrap()];
+            Plan::new(experiments, Mode::Default, CALIBRATION).unwrap()
         };
-        let (one, two) = (plan(), plan());
-        assert_eq!(format!("{:?}", one.rounds), format!("{:?}", two.rounds));
-        let savers = one.rounds.iter().flat_map(|r| &r.trials).filter(|t| t.saves_states).count();
-        assert_eq!(savers, 1, "one whole run leaves the states that both experiments start from");
+        assert_eq!(format!("{:?}", plan().rounds), format!("{:?}", plan().rounds));
+    }
+
+    #[test]
+    fn one_run_leaves_the_states_that_several_experiments_need() {
+        for mode in Mode::ALL {
+            let names = ["table2", "figure4"].map(|name| crate::experiment::library::load(name).unwrap());
+            let plan = Plan::new(names.to_vec(), mode, CALIBRATION).unwrap();
+            assert_eq!(plan.states.len(), 1);
+            let savers = plan.rounds.iter().flat_map(|round| &round.trials).filter(|t| t.saves_states());
+            assert_eq!(savers.count(), 1);
+            let needed = plan.experiments.iter().flat_map(|e| &e.groups).flat_map(|g| &g.windows);
+            let starts: BTreeSet<usize> = needed.map(|w| w.start_step).filter(|&step| step > 0).collect();
+            assert!(starts.is_subset(&plan.states[0].start_steps));
+        }
     }
 }

@@ -3,6 +3,8 @@
 //! A round is the unit that is completed, written and resumed. Its file is written whole and never again; all tables
 //! are derived from these files.
 
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
@@ -10,24 +12,48 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::files::write_whole;
 use crate::base::input::InputError;
-use crate::engine::preset::{Options, Preset};
+use crate::engine::preset::{MAX_BUCKETS_PER_RADIUS, Options, Preset};
 use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
 use crate::experiment::machine::Noise;
+use crate::experiment::memory_order::MemoryOrder;
+use crate::experiment::quantity::Quantity;
 
 /// The version of every file of a run folder.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// One way to compute a step, as recorded: a preset and the options that an experiment sets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct Variant {
     pub preset: String,
     pub distance_test: String,
+    pub buckets_per_radius: usize,
+    /// How the particles of the starting state follow one another in memory.
+    pub memory_order: String,
     pub storage: String,
     pub schedule: String,
     /// `serial` or `parallel`.
     pub cg: String,
     pub cg_tolerance: f64,
+    /// Changes `key=value` to the scene, separated by `;`, that this variant alone computes with.
+    pub scene_change: String,
+}
+
+/// The paper's settings or, where it is silent, those that ARCHITECTURE.md gives reasons for.
+impl Default for Variant {
+    fn default() -> Self {
+        Variant {
+            preset: Preset::PAPER_LINKED_LIST.name().to_string(),
+            distance_test: "sqrt".to_string(),
+            buckets_per_radius: 1,
+            memory_order: MemoryOrder::AsAged.name().to_string(),
+            storage: "ell".to_string(),
+            schedule: "dynamic:64".to_string(),
+            cg: "parallel".to_string(),
+            cg_tolerance: CgParams::DEFAULT_TOLERANCE,
+            scene_change: String::new(),
+        }
+    }
 }
 
 impl Variant {
@@ -35,31 +61,77 @@ impl Variant {
     pub fn options(&self, file: &str) -> Result<Options, InputError> {
         let wrong = |key: &str, error: String| InputError::new(file, key, "not usable", error);
         let preset: Preset = self.preset.parse().map_err(|e| wrong("preset", e))?;
-        let mut options = preset.options();
-        options.distance_test = self.distance_test.parse().map_err(|e| wrong("distance_test", e))?;
-        options.storage = self.storage.parse().map_err(|e| wrong("storage", e))?;
-        options.schedule = self
-            .schedule
-            .parse()
-            .map_err(|e: crate::base::parallel::UnknownSchedule| wrong("schedule", e.to_string()))?;
-        options.cg = CgParams {
-            tolerance: checked_tolerance(file, self.cg_tolerance)?,
-            mode: match self.cg.as_str() {
-                "serial" => CgMode::Serial,
-                "parallel" => CgMode::Parallel,
-                other => {
-                    return Err(InputError::new(file, "cg", other, "allowed are `serial` or `parallel`"));
-                }
+        self.memory_order(file)?;
+        Ok(Options {
+            search: preset.options().search,
+            distance_test: self.distance_test.parse().map_err(|e| wrong("distance_test", e))?,
+            buckets_per_radius: checked_buckets(file, self.buckets_per_radius)?,
+            storage: self.storage.parse().map_err(|e| wrong("storage", e))?,
+            schedule: self
+                .schedule
+                .parse()
+                .map_err(|e: crate::base::parallel::UnknownSchedule| wrong("schedule", e.to_string()))?,
+            cg: CgParams {
+                tolerance: checked_tolerance(file, self.cg_tolerance)?,
+                mode: match self.cg.as_str() {
+                    "serial" => CgMode::Serial,
+                    "parallel" => CgMode::Parallel,
+                    other => {
+                        return Err(InputError::new(file, "cg", other, "allowed are `serial` or `parallel`"));
+                    }
+                },
+                ..CgParams::default()
             },
-            ..options.cg
-        };
-        Ok(options)
+        })
     }
 
-    /// The short name in tables and cell names.
-    pub fn label(&self) -> String {
-        format!("{}/{}", self.preset, self.distance_test)
+    pub fn memory_order(&self, file: &str) -> Result<MemoryOrder, InputError> {
+        self.memory_order.parse().map_err(|e: String| InputError::new(file, "memory_order", "not usable", e))
     }
+
+    /// The changes to the scene, one each.
+    pub fn scene_changes(&self) -> Vec<String> {
+        let changes = self.scene_change.split(';').map(str::trim);
+        changes.filter(|change| !change.is_empty()).map(String::from).collect()
+    }
+
+    /// The short name in tables and cell names: what differs from the paper's settings, beside preset and distance test.
+    pub fn label(&self) -> String {
+        let usual = Variant::default();
+        let mut parts = vec![self.preset.clone(), self.distance_test.clone()];
+        if self.buckets_per_radius != usual.buckets_per_radius {
+            parts.push(format!("buckets-per-radius={}", self.buckets_per_radius));
+        }
+        if self.cg_tolerance != usual.cg_tolerance {
+            parts.push(format!("tolerance={:e}", self.cg_tolerance));
+        }
+        let named = [
+            ("order", &self.memory_order, &usual.memory_order),
+            ("storage", &self.storage, &usual.storage),
+            ("schedule", &self.schedule, &usual.schedule),
+            ("cg", &self.cg, &usual.cg),
+            ("scene", &self.scene_change, &usual.scene_change),
+        ];
+        let differing = named.into_iter().filter(|(_, value, usual)| value != usual);
+        parts.extend(differing.map(|(name, value, _)| format!("{name}={value}")));
+        parts.join("/")
+    }
+
+    /// Whether two variants must end in the same state, to the last bit, if they start from the same one.
+    pub fn has_answer_of(&self, other: &Variant) -> bool {
+        let answer = |v: &Variant| {
+            (v.cg_tolerance.to_bits(), v.buckets_per_radius, v.memory_order.clone(), v.scene_change.clone())
+        };
+        answer(self) == answer(other)
+    }
+}
+
+/// A number of buckets that a walk can visit.
+pub fn checked_buckets(file: &str, count: usize) -> Result<NonZeroUsize, InputError> {
+    let allowed = format!("allowed are 1 to {MAX_BUCKETS_PER_RADIUS}");
+    NonZeroUsize::new(count)
+        .filter(|count| count.get() <= MAX_BUCKETS_PER_RADIUS)
+        .ok_or_else(|| InputError::new(file, "buckets_per_radius", count, allowed))
 }
 
 /// A tolerance that a solver can meet in double precision.
@@ -168,12 +240,47 @@ pub struct Outcome {
     pub passed: Vec<StateDigest>,
 }
 
+/// Where the front was on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrontSample {
+    pub time_s: f64,
+    /// The 99th percentile of the fluid's x.
+    pub front_p99_m: f64,
+}
+
+/// What was seen of a run from its start to its end.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Observation {
+    pub threads_observed: usize,
+    pub particles: usize,
+    /// `completed`, or the kind of error that ended the run: `coincident`, `not_finite` or `solver`.
+    pub ended: String,
+    /// The error's own words; empty for a completed run.
+    pub error: String,
+    pub steps: usize,
+    pub time_step_s: f64,
+    /// Wall time of the steps alone.
+    pub stepping_s: f64,
+    pub quantities: BTreeMap<Quantity, f64>,
+    pub front: Vec<FrontSample>,
+    /// The digest of the last state; empty for a run that broke down.
+    pub digest: String,
+}
+
+impl Observation {
+    pub const COMPLETED: &'static str = "completed";
+}
+
 /// One trial of a round.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrialRecord {
     /// Its place in the round's random order, from 0.
     pub position: usize,
+    /// The group of timed cells, or the observed run.
+    pub subject: String,
     pub threads: usize,
     pub variants: Vec<Variant>,
     pub status: Status,
@@ -182,7 +289,10 @@ pub struct TrialRecord {
     pub started_utc: String,
     /// Wall time of the whole process, its start and the reading of states included.
     pub wall_s: f64,
+    /// What a timed trial measured.
     pub outcome: Option<Outcome>,
+    /// What was seen of an observed run.
+    pub observation: Option<Observation>,
 }
 
 /// Which kind of trial a round holds.
@@ -193,16 +303,21 @@ pub enum Stage {
     States,
     /// One variant a process, every step of the scene.
     Whole,
-    /// All variants in one process, in lock step through windows of states.
+    /// All variants of a group in one process, in lock step through windows of states.
     Paired,
+    /// Scenes from their start, one a process.
+    Observed,
 }
 
 impl Stage {
+    pub const ALL: [Stage; 4] = [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed];
+
     pub fn name(self) -> &'static str {
         match self {
             Stage::States => "states",
             Stage::Whole => "whole",
             Stage::Paired => "paired",
+            Stage::Observed => "observed",
         }
     }
 }
@@ -241,6 +356,10 @@ impl RoundRecord {
         let expected = Self::path(Path::new(""), &record.experiment, record.stage, record.round);
         ensure!(path.file_name() == expected.file_name(), "{name} holds another round than its name says");
         for trial in record.trials.iter().filter(|trial| trial.status == Status::Ok) {
+            if record.stage == Stage::Observed {
+                ensure!(trial.observation.is_some(), "{name}: an `ok` trial without observation");
+                continue;
+            }
             let outcome =
                 trial.outcome.as_ref().with_context(|| format!("{name}: an `ok` trial without outcome"))?;
             outcome.check(trial.variants.len()).with_context(|| format!("{name}"))?;

@@ -11,9 +11,10 @@ use crate::base::files::{is_leftover, write_whole};
 use crate::base::input::InputError;
 use crate::experiment::execute::execute;
 use crate::experiment::machine::{Machine, Reading};
-use crate::experiment::plan::Plan;
+use crate::experiment::plan::{Plan, PlannedExperiment};
 use crate::experiment::record::SCHEMA;
 use crate::experiment::spec::{Experiment, Mode};
+use crate::scene::Scene;
 
 /// What a run folder says about itself, in `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -140,7 +141,7 @@ impl RunInfo {
             machine.machine_id,
             fact("compiler"),
             fact("rustflags"),
-            plan.experiments.iter().map(|e| (&e.scene, &e.threads)).collect::<Vec<_>>(),
+            plan.experiments.iter().map(|e| (scenes(e), &e.runs)).collect::<Vec<_>>(),
         );
         let plan_id: String =
             Sha256::digest(identity).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
@@ -183,6 +184,11 @@ impl RunInfo {
     }
 }
 
+/// What a plan's identity depends on beside the experiments' own text: scene files, and the machine's thread counts.
+fn scenes(experiment: &PlannedExperiment) -> Vec<(&Scene, &[usize])> {
+    experiment.groups.iter().map(|group| (&group.scene, &group.threads[..])).collect()
+}
+
 fn refused(folder: &Path, found: String) -> InputError {
     let allowed = "allowed are a new or empty folder, or an unfinished run of the same command; \
                    `--fresh` starts a run folder anew, `--output` names another";
@@ -223,7 +229,7 @@ fn lock(folder: &Path) -> Result<File> {
 fn clear(folder: &Path) -> Result<()> {
     for name in ["run.json", "machine.json", "machine.csv", "samples.csv", "steps.csv", "summary.csv"]
         .into_iter()
-        .chain(["claims.csv", "report.md", "report.html"])
+        .chain(["observations.csv", "fronts.csv", "claims.csv", "report.md", "report.html"])
     {
         let path = folder.join(name);
         if path.is_file() {

@@ -1,16 +1,20 @@
-//! An experiment file: one question, the cells that answer it, and how long each mode may take.
+//! An experiment file: one question, what answers it, and how long each mode may take.
+//!
+//! Two kinds of answers may stand in one file. *Timed* cells ([`Factors`]) compute the same steps in several ways and
+//! compare times. *Observed* runs ([`Case`], [`Sweep`]) simulate scenes from the start and look at what comes out.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use crate::base::input::{Check, InputError};
-use crate::base::parallel::MAX_THREADS;
-use crate::engine::preset::Search;
+use crate::experiment::factors::Factors;
+use crate::experiment::observed::{Case, ObservedRun, Scheme};
 use crate::experiment::record::Variant;
+use crate::experiment::sweep::Sweep;
 
 /// The version of the experiment format.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// How much time a run may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -25,12 +29,19 @@ pub enum Mode {
 }
 
 impl Mode {
+    pub const ALL: [Mode; 3] = [Mode::Quick, Mode::Default, Mode::Full];
+
     pub fn name(self) -> &'static str {
         match self {
             Mode::Quick => "quick",
             Mode::Default => "default",
             Mode::Full => "full",
         }
+    }
+
+    /// What a part of an experiment file that names no modes takes part in.
+    pub fn every() -> Vec<Mode> {
+        Mode::ALL.to_vec()
     }
 }
 
@@ -45,35 +56,34 @@ pub struct Experiment {
     pub question: String,
     /// How to read the answer.
     pub analysis: String,
-    /// An embedded scene's name or a scene file's path.
+    /// An embedded scene's name or a scene file's path; what timed cells compute.
     pub scene: String,
     /// Seed of the order of trials and of variants within a step.
     pub seed: u64,
-    pub factors: Factors,
-    pub fixed: Fixed,
+    /// Where threads are pinned: `off`, `close` or `spread`.
+    #[serde(default = "close")]
+    pub pin: String,
+    /// Groups of timed cells.
+    #[serde(default)]
+    pub factors: Vec<Factors>,
+    /// What a group that does not vary a setting computes with; the paper's setting where left out.
+    #[serde(default)]
+    pub fixed: Variant,
+    /// Scenes to observe, each with every scheme.
+    #[serde(default)]
+    pub case: Vec<Case>,
+    /// Changes to the scene with which every case is observed; where there is none, cases run as they are.
+    #[serde(default)]
+    pub scheme: Vec<Scheme>,
+    /// Scenes to observe with many settings.
+    #[serde(default)]
+    pub sweep: Vec<Sweep>,
     /// What each mode measures.
     pub mode: Modes,
 }
 
-/// The cells: every combination of these.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Factors {
-    pub threads: Vec<usize>,
-    pub preset: Vec<String>,
-    pub distance_test: Vec<String>,
-}
-
-/// What all cells share.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Fixed {
-    pub storage: String,
-    pub schedule: String,
-    pub cg: String,
-    pub cg_tolerance: f64,
-    /// `off`, `close` or `spread`.
-    pub pin: String,
+fn close() -> String {
+    "close".to_string()
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -88,11 +98,12 @@ pub struct Modes {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measurement {
-    /// Changes to keys of the scene.
+    /// Changes to keys of the timed cells' scene.
     #[serde(default)]
     pub scene: BTreeMap<String, toml::Value>,
     pub whole: Option<Whole>,
     pub paired: Option<Paired>,
+    pub observed: Option<Observed>,
 }
 
 /// Whole runs, one variant a process.
@@ -104,14 +115,31 @@ pub struct Whole {
     pub distance_test: Option<Vec<String>>,
 }
 
-/// All variants of a thread count in one process, in lock step through windows of states from early to late.
+/// All variants of a group and thread count in one process, in lock step through windows of states.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Paired {
     pub rounds: usize,
-    pub windows: usize,
+    pub windows: Windows,
     pub warmup_steps: usize,
     pub steps: usize,
+}
+
+/// Which states of a run windows start from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Windows {
+    /// So many, spread evenly from early to late.
+    Spread(usize),
+    /// Those after these steps.
+    After(Vec<usize>),
+}
+
+/// Observed runs, each as often as there are rounds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Observed {
+    pub rounds: usize,
 }
 
 impl Experiment {
@@ -129,33 +157,63 @@ impl Experiment {
         let check = Check { file };
         let allowed = format!("this program reads schema {SCHEMA}");
         check.require(self.schema == SCHEMA, "schema", self.schema, allowed)?;
-        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-        let named = !self.id.is_empty() && self.id.len() <= 40 && self.id.chars().all(plain);
-        let allowed = "allowed are up to 40 lower-case letters, digits and `-`";
-        check.require(named, "id", format!("`{}`", self.id), allowed)?;
-        check_list(check, "factors.threads", &self.factors.threads)?;
-        check_list(check, "factors.preset", &self.factors.preset)?;
-        check_list(check, "factors.distance_test", &self.factors.distance_test)?;
-        for &threads in &self.factors.threads {
-            let allowed = format!("allowed are 1 to {MAX_THREADS}");
-            check.require((1..=MAX_THREADS).contains(&threads), "factors.threads", threads, allowed)?;
-        }
-        let pin = self.fixed.pin.as_str();
+        check_name(check, "id", &self.id)?;
+        let pin = self.pin.as_str();
         let allowed = "allowed are `off`, `close` or `spread`";
-        check.require(matches!(pin, "off" | "close" | "spread"), "fixed.pin", pin, allowed)?;
-        for variant in self.variants() {
-            let search = variant.options(file)?.search;
-            let allowed = "its sums run in another order, so its end state differs from the other searches'";
-            check.require(search != Search::BruteForce, "factors.preset", &variant.preset, allowed)?;
+        check.require(matches!(pin, "off" | "close" | "spread"), "pin", pin, allowed)?;
+        self.fixed.options(file)?;
+        for (k, factors) in self.factors.iter().enumerate() {
+            factors.check(check, &format!("factors[{k}]"), &self.fixed)?;
         }
-        for (mode, measurement) in self.measurements() {
-            measurement.check(check, mode, &self.factors)?;
+        for (k, case) in self.case.iter().enumerate() {
+            case.check(check, &format!("case[{k}]"), &self.scheme)?;
+        }
+        for scheme in &self.scheme {
+            check_name(check, "scheme.id", &scheme.id)?;
+        }
+        for (k, sweep) in self.sweep.iter().enumerate() {
+            sweep.check(check, &format!("sweep[{k}]"))?;
+        }
+        for mode in Mode::ALL {
+            self.check_mode(check, mode)?;
         }
         Ok(())
     }
 
-    fn measurements(&self) -> [(Mode, &Measurement); 3] {
-        [Mode::Quick, Mode::Default, Mode::Full].map(|mode| (mode, self.measurement(mode)))
+    fn check_mode(&self, check: Check<'_>, mode: Mode) -> Result<(), InputError> {
+        let measurement = self.measurement(mode);
+        measurement.check(check, mode)?;
+        let key = |name: &str| format!("mode.{}.{name}", mode.name());
+        let timed = measurement.whole.is_some() || measurement.paired.is_some();
+        let cells = self.groups(mode).next().is_some();
+        let allowed = "`whole` or `paired` and `[[factors]]` belong together";
+        check.require(timed == cells, &key("paired"), timed, allowed)?;
+        let runs = self.observed_runs(mode);
+        let allowed = "`observed` and `[[case]]` or `[[sweep]]` belong together";
+        check.require(
+            measurement.observed.is_some() != runs.is_empty(),
+            &key("observed"),
+            runs.len(),
+            allowed,
+        )?;
+        check.require(
+            timed || !runs.is_empty(),
+            &key("paired"),
+            "missing",
+            "a mode must measure something",
+        )?;
+        let names: Vec<&str> = self.groups(mode).map(|group| group.name.as_str()).collect();
+        check_list(check, "factors.name", &names, names.is_empty())?;
+        let ids: Vec<&str> = runs.iter().map(|run| run.id.as_str()).collect();
+        check_list(check, "case.id", &ids, ids.is_empty())?;
+        let tests = measurement.whole.iter().flat_map(|whole| whole.distance_test.iter().flatten());
+        for test in tests {
+            let known = self.groups(mode).flat_map(|group| group.variants(&self.fixed));
+            let known = known.into_iter().any(|variant| variant.distance_test == *test);
+            let allowed = "allowed are distance tests of the factors";
+            check.require(known, &key("whole.distance_test"), format!("`{test}`"), allowed)?;
+        }
+        Ok(())
     }
 
     pub fn measurement(&self, mode: Mode) -> &Measurement {
@@ -166,84 +224,89 @@ impl Experiment {
         }
     }
 
-    /// The ways to compute a step that the experiment compares.
-    pub fn variants(&self) -> Vec<Variant> {
-        let Fixed { storage, schedule, cg, cg_tolerance, .. } = &self.fixed;
-        let mut variants = Vec::new();
-        for distance_test in &self.factors.distance_test {
-            for preset in &self.factors.preset {
-                variants.push(Variant {
-                    preset: preset.clone(),
-                    distance_test: distance_test.clone(),
-                    storage: storage.clone(),
-                    schedule: schedule.clone(),
-                    cg: cg.clone(),
-                    cg_tolerance: *cg_tolerance,
-                });
-            }
+    /// The groups of timed cells of a mode.
+    pub fn groups(&self, mode: Mode) -> impl Iterator<Item = &Factors> {
+        self.factors.iter().filter(move |group| group.modes.contains(&mode))
+    }
+
+    /// Everything that a mode observes.
+    pub fn observed_runs(&self, mode: Mode) -> Vec<ObservedRun> {
+        let cases = self.case.iter().filter(|case| case.modes.contains(&mode));
+        let sweeps = self.sweep.iter().filter(|sweep| sweep.modes.contains(&mode));
+        let cases = cases.flat_map(|case| case.runs(&self.scheme, &self.fixed, mode));
+        cases.chain(sweeps.flat_map(|sweep| sweep.runs(&self.fixed))).collect()
+    }
+}
+
+impl Windows {
+    pub fn count(&self) -> usize {
+        match self {
+            Windows::Spread(count) => *count,
+            Windows::After(steps) => steps.len(),
         }
-        variants
     }
 }
 
 impl Measurement {
-    fn check(&self, check: Check<'_>, mode: Mode, factors: &Factors) -> Result<(), InputError> {
+    fn check(&self, check: Check<'_>, mode: Mode) -> Result<(), InputError> {
         let key = |name: &str| format!("mode.{}.{name}", mode.name());
         let counts = "allowed are 1 to 10000";
-        let valid = |count: usize| (1..=10_000).contains(&count);
-        if let Some(whole) = &self.whole {
-            check.require(valid(whole.rounds), &key("whole.rounds"), whole.rounds, counts)?;
-        }
-        if let Some(tests) = self.whole.as_ref().and_then(|whole| whole.distance_test.as_ref()) {
-            check_list(check, &key("whole.distance_test"), tests)?;
-            let known = tests.iter().all(|test| factors.distance_test.contains(test));
-            let allowed = format!("allowed are those of the factors, {:?}", factors.distance_test);
-            check.require(known, &key("whole.distance_test"), format!("{tests:?}"), allowed)?;
-        }
+        let mut found = Vec::new();
+        found.extend(self.whole.iter().map(|whole| ("whole.rounds", whole.rounds)));
+        found.extend(self.observed.iter().map(|observed| ("observed.rounds", observed.rounds)));
         if let Some(paired) = &self.paired {
             let warmup = paired.warmup_steps;
             check.require(warmup <= 10_000, &key("paired.warmup_steps"), warmup, "allowed are 0 to 10000")?;
-            for (name, count) in [
-                ("paired.rounds", paired.rounds),
-                ("paired.windows", paired.windows),
-                ("paired.steps", paired.steps),
-            ] {
-                check.require(valid(count), &key(name), count, counts)?;
-            }
+            found.push(("paired.rounds", paired.rounds));
+            found.push(("paired.windows", paired.windows.count()));
+            found.push(("paired.steps", paired.steps));
         }
-        let something = self.whole.is_some() || self.paired.is_some();
-        check.require(something, &key("whole"), "missing", "a mode needs `whole`, `paired` or both")
-    }
-
-    /// The changes to the scene as `key=value`.
-    pub fn scene_sets(&self) -> Vec<String> {
-        let mut sets = Vec::new();
-        for (key, value) in &self.scene {
-            flatten(key, value, &mut sets);
+        for (name, count) in found {
+            check.require((1..=10_000).contains(&count), &key(name), count, counts)?;
         }
-        sets
+        Ok(())
     }
 }
 
-/// `key=value` of every value below `key`, with dotted keys: setting a table as a whole would drop its other keys.
-fn flatten(key: &str, value: &toml::Value, sets: &mut Vec<String>) {
+/// The changes to a scene as `key=value`, later tables overriding earlier ones.
+pub fn scene_sets<'a>(tables: impl IntoIterator<Item = &'a BTreeMap<String, toml::Value>>) -> Vec<String> {
+    let mut values = BTreeMap::new();
+    for (key, value) in tables.into_iter().flatten() {
+        flatten(key, value, &mut values);
+    }
+    values.into_iter().map(|(key, value)| format!("{key}={value}")).collect()
+}
+
+/// The value of every key below `key`, with dotted keys: setting a table as a whole would drop its other keys.
+fn flatten(key: &str, value: &toml::Value, values: &mut BTreeMap<String, toml::Value>) {
     match value {
         toml::Value::Table(table) => {
             for (inner, value) in table {
-                flatten(&format!("{key}.{inner}"), value, sets);
+                flatten(&format!("{key}.{inner}"), value, values);
             }
         }
-        value => sets.push(format!("{key}={value}")),
+        value => {
+            values.insert(key.to_string(), value.clone());
+        }
     }
 }
 
-/// Refuses a list that is empty or names something twice.
-fn check_list<T: PartialEq + std::fmt::Debug>(
+/// Refuses a name that would not do as part of a file's name.
+pub fn check_name(check: Check<'_>, key: &str, name: &str) -> Result<(), InputError> {
+    let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    let named = !name.is_empty() && name.len() <= 40 && name.chars().all(plain);
+    let allowed = "allowed are up to 40 lower-case letters, digits and `-`";
+    check.require(named, key, format!("`{name}`"), allowed)
+}
+
+/// Refuses a list that names something twice or, unless it `may_be_empty`, nothing.
+pub fn check_list<T: PartialEq + std::fmt::Debug>(
     check: Check<'_>,
     key: &str,
     list: &[T],
+    may_be_empty: bool,
 ) -> Result<(), InputError> {
-    check.require(!list.is_empty(), key, "empty", "at least one value is needed")?;
+    check.require(may_be_empty || !list.is_empty(), key, "empty", "at least one value is needed")?;
     let twice = list.iter().enumerate().any(|(k, value)| list[..k].contains(value));
     check.require(!twice, key, format!("{list:?}"), "each value may stand there once")
 }

@@ -1,37 +1,48 @@
-//! One trial: what a child process does.
+//! One timed trial: what a child process does.
 //!
 //! All variants start from the same state and compute the same steps in turn, their order shuffled anew for each step.
-//! Since they give the same bits, a difference in time is a difference in how, never in what. A trial whose variants end
-//! in different states, or in another state than is known, has no outcome.
+//! Variants that must give the same bits do: a difference in time is then a difference in how, never in what. A trial in
+//! which they do not, or in which a state is not the known one, has no outcome.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 
-use crate::base::parallel::Workers;
+use crate::base::parallel::{Schedule, Workers};
 use crate::engine::diagnostics::digest;
 use crate::engine::particles::{InitialParticle, Kind};
 use crate::engine::phase::{NoProbe, Phase};
 use crate::engine::simulation::{self, Simulation, Start, StepReport};
 use crate::experiment::interrupt;
 use crate::experiment::machine::Noise;
+use crate::experiment::observe::{self, ObserveRequest};
 use crate::experiment::plan::pin_order;
 use crate::experiment::record::{
     Outcome, PhaseSample, StateDigest, StepSample, Variant, Window, WindowSample,
 };
 use crate::experiment::timer::PhaseClock;
-use crate::scene::{Scene, library, snapshot};
+use crate::scene::{library, snapshot};
 
-/// What a trial is asked to do.
+/// What a child process is asked to do.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TrialRequest {
+    Timed(TimedRequest),
+    Observed(ObserveRequest),
+}
+
+/// Which steps to compute in which ways.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TrialRequest {
+pub struct TimedRequest {
     pub scene: String,
     pub sets: Vec<String>,
     pub variants: Vec<Variant>,
+    /// What the run that left the states was: variants with its answer must meet its digests.
+    pub states_of: Variant,
     pub threads: usize,
     pub pin: String,
     pub windows: Vec<Window>,
@@ -46,16 +57,21 @@ pub struct TrialRequest {
     pub seed: u64,
 }
 
-/// Runs the trial in this process.
-pub fn run(request: &TrialRequest) -> Result<Outcome> {
+/// Does what is asked, and answers in JSON.
+pub fn run(request: &TrialRequest) -> Result<Vec<u8>> {
+    Ok(match request {
+        TrialRequest::Timed(request) => serde_json::to_vec(&run_timed(request)?)?,
+        TrialRequest::Observed(request) => serde_json::to_vec(&observe::run(request)?)?,
+    })
+}
+
+fn run_timed(request: &TimedRequest) -> Result<Outcome> {
     let scene = library::load(&request.scene, &request.sets)?;
     let initial = scene.particles(&request.scene)?;
-    let schedule = request.variants.first().context("a trial needs a variant")?.options("trial")?.schedule;
     let cpus = pin_order(&request.pin)?;
-    let workers = Arc::new(Workers::new(request.threads, schedule, &cpus)?);
+    let workers = Workers::new(request.threads, Schedule::Static, &cpus)?;
     let mut trial = Trial {
         request,
-        scene: &scene,
         initial: &initial,
         workers: &workers,
         random: fastrand::Rng::with_seed(request.seed),
@@ -82,10 +98,9 @@ pub fn run(request: &TrialRequest) -> Result<Outcome> {
 }
 
 struct Trial<'a> {
-    request: &'a TrialRequest,
-    scene: &'a Scene,
+    request: &'a TimedRequest,
     initial: &'a [InitialParticle],
-    workers: &'a Arc<Workers>,
+    workers: &'a Workers,
     random: fastrand::Rng,
     passed: Vec<StateDigest>,
     bytes: Vec<usize>,
@@ -128,18 +143,24 @@ impl Trial<'_> {
             step => Some(snapshot::read(&self.request.states.join(snapshot::file_name(step)))?),
         };
         let particles = state.as_deref().unwrap_or(self.initial);
-        let parameters = self.scene.parameters(self.initial);
-        let start = Start { particles, steps_done: window.start_step };
-        self.request
-            .variants
-            .iter()
-            .map(|variant| {
-                let options = variant.options("trial")?;
-                let workers = Arc::clone(self.workers);
-                let simulation = simulation::build(&parameters, &options, start, workers)?;
-                Ok(Runner { simulation, clock: PhaseClock::default(), steps: Vec::new() })
-            })
-            .collect()
+        let start = |variant| self.start_variant(variant, particles, window.start_step);
+        self.request.variants.iter().map(start).collect()
+    }
+
+    fn start_variant(
+        &self,
+        variant: &Variant,
+        particles: &[InitialParticle],
+        steps_done: usize,
+    ) -> Result<Runner> {
+        let sets = [&self.request.sets[..], &variant.scene_changes()].concat();
+        let parameters = library::load(&self.request.scene, &sets)?.parameters(self.initial);
+        let options = variant.options("trial")?;
+        let arranged = variant.memory_order("trial")?.arrange(particles, &parameters)?;
+        let workers = Arc::new(self.workers.with_schedule(options.schedule));
+        let start = Start { particles: &arranged, steps_done };
+        let simulation = simulation::build(&parameters, &options, start, workers)?;
+        Ok(Runner { simulation, clock: PhaseClock::default(), steps: Vec::new() })
     }
 
     /// Writes or names the state after `step` if the request says so.
@@ -155,16 +176,21 @@ impl Trial<'_> {
         Ok(())
     }
 
-    /// Refuses digests that differ from one another or from a known one.
+    /// Refuses digests that differ from one another or from a known one, among variants that must end alike.
     fn compare(&self, step: usize, digests: &[String]) -> Result<()> {
-        let known = self.request.known.iter().find(|known| known.step == step);
-        let expected = known.map_or(&digests[0], |known| &known.digest);
-        for (variant, digest) in self.request.variants.iter().zip(digests) {
-            ensure!(
-                digest == expected,
-                "after step {step} {} is in the state {digest}, expected {expected}: it computed something else",
-                variant.label()
-            );
+        let variants = &self.request.variants;
+        for (k, (variant, digest)) in variants.iter().zip(digests).enumerate() {
+            let known = self.request.known.iter().find(|known| known.step == step);
+            let known =
+                known.filter(|_| variant.has_answer_of(&self.request.states_of)).map(|known| &known.digest);
+            let twin = (0..k).find(|&twin| variants[twin].has_answer_of(variant)).map(|twin| &digests[twin]);
+            for expected in known.into_iter().chain(twin) {
+                ensure!(
+                    digest == expected,
+                    "after step {step} {} is in the state {digest}, expected {expected}: it computed something else",
+                    variant.label()
+                );
+            }
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! What a run measured, by cell and round.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -9,8 +9,11 @@ use serde::Deserialize;
 
 use crate::base::statistics::Estimate;
 use crate::engine::phase::Phase;
+use crate::engine::preset::Preset;
 use crate::experiment::machine::Machine;
-use crate::experiment::record::{RoundRecord, Stage, Status, TrialRecord, WindowSample};
+use crate::experiment::record::{
+    Observation, Outcome, RoundRecord, Stage, Status, TrialRecord, Variant, WindowSample,
+};
 use crate::experiment::run::RunInfo;
 use crate::experiment::spec::{Experiment, Mode};
 use crate::report::published::Published;
@@ -39,7 +42,12 @@ pub enum Quantity {
     WalksAndRelocation,
 }
 
-/// One way to compute on one number of threads.
+/// Chooses one cell among all that a stage measured.
+pub trait Pick {
+    fn fits(&self, trial: &TrialRecord, variant: &Variant) -> bool;
+}
+
+/// One search on one number of threads, where an experiment varies nothing else.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
@@ -57,6 +65,42 @@ fn paper_test() -> String {
 impl Cell {
     pub fn new(preset: &str, distance_test: &str, threads: usize) -> Cell {
         Cell { preset: preset.to_string(), distance_test: distance_test.to_string(), threads }
+    }
+}
+
+impl Pick for Cell {
+    fn fits(&self, trial: &TrialRecord, variant: &Variant) -> bool {
+        trial.threads == self.threads
+            && variant.preset == self.preset
+            && variant.distance_test == self.distance_test
+    }
+}
+
+/// Everything that tells a timed cell from the others of its experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedCell {
+    /// The group.
+    pub subject: String,
+    pub threads: usize,
+    pub variant: Variant,
+}
+
+impl Pick for TimedCell {
+    fn fits(&self, trial: &TrialRecord, variant: &Variant) -> bool {
+        trial.threads == self.threads && trial.subject == self.subject && *variant == self.variant
+    }
+}
+
+impl TimedCell {
+    /// The same cell but for its variant.
+    pub fn with(&self, change: impl FnOnce(&mut Variant)) -> TimedCell {
+        let mut cell = self.clone();
+        change(&mut cell.variant);
+        cell
+    }
+
+    pub fn with_preset(&self, preset: Preset) -> TimedCell {
+        self.with(|variant| variant.preset = preset.name().to_string())
     }
 }
 
@@ -97,16 +141,18 @@ impl Measured {
     }
 
     /// The windows of one cell, by round.
-    pub fn windows(&self, experiment: &str, stage: Stage, cell: &Cell) -> BTreeMap<usize, &[WindowSample]> {
+    pub fn windows(
+        &self,
+        experiment: &str,
+        stage: Stage,
+        cell: &impl Pick,
+    ) -> BTreeMap<usize, &[WindowSample]> {
         let mut windows = BTreeMap::new();
         for (round, trial) in self.trials(experiment, stage) {
             let Some(outcome) = trial.outcome.as_ref().filter(|_| trial.status == Status::Ok) else {
                 continue;
             };
-            let wanted = trial.variants.iter().position(|variant| {
-                variant.preset == cell.preset && variant.distance_test == cell.distance_test
-            });
-            if let Some(variant) = wanted.filter(|_| trial.threads == cell.threads) {
+            if let Some(variant) = trial.variants.iter().position(|variant| cell.fits(trial, variant)) {
                 windows.insert(round, outcome.samples[variant].as_slice());
             }
         }
@@ -114,9 +160,60 @@ impl Measured {
     }
 
     /// Mean seconds a step of one cell, by round.
-    pub fn per_step(&self, experiment: &str, stage: Stage, cell: &Cell, quantity: Quantity) -> ByRound {
-        let windows = self.windows(experiment, stage, cell);
-        windows.into_iter().map(|(round, windows)| (round, seconds_a_step(windows, quantity))).collect()
+    pub fn per_step(&self, experiment: &str, stage: Stage, cell: &impl Pick, quantity: Quantity) -> ByRound {
+        self.per_step_in(experiment, stage, cell, quantity, |_| true)
+    }
+
+    /// The same over those windows alone whose place, counted from 0, is `wanted`.
+    pub fn per_step_in(
+        &self,
+        experiment: &str,
+        stage: Stage,
+        cell: &impl Pick,
+        quantity: Quantity,
+        wanted: impl Fn(usize) -> bool,
+    ) -> ByRound {
+        let mean = |windows: &[WindowSample]| {
+            let chosen = windows.iter().enumerate().filter(|(k, _)| wanted(*k));
+            seconds_a_step(chosen.map(|(_, window)| window), quantity)
+        };
+        let windows = self.windows(experiment, stage, cell).into_iter();
+        windows.map(|(round, windows)| (round, mean(windows))).collect()
+    }
+
+    /// The timed cells of an experiment's paired trials, in the order of its file.
+    pub fn cells(&self, experiment: &str) -> Vec<TimedCell> {
+        let mut cells = Vec::new();
+        let Some(spec) = self.experiment(experiment) else {
+            return cells;
+        };
+        for group in spec.groups(self.info.mode) {
+            for threads in group.thread_counts(self.info.usable_threads) {
+                let variants = group.variants(&spec.fixed).into_iter();
+                let subject = &group.name;
+                cells.extend(variants.map(|variant| TimedCell {
+                    subject: subject.clone(),
+                    threads,
+                    variant,
+                }));
+            }
+        }
+        cells.retain(|cell| cell.threads <= self.info.usable_threads);
+        cells
+    }
+
+    /// What the trials of a cell's group met, by round.
+    pub fn outcomes(&self, experiment: &str, cell: &TimedCell) -> Vec<&Outcome> {
+        let trials = self.trials(experiment, Stage::Paired).map(|(_, trial)| trial);
+        let of_group = trials.filter(|t| t.subject == cell.subject && t.threads == cell.threads);
+        of_group.filter_map(|trial| trial.outcome.as_ref()).collect()
+    }
+
+    /// What was seen of an observed run, by round.
+    pub fn observations(&self, experiment: &str, run: &str) -> Vec<&Observation> {
+        let trials = self.trials(experiment, Stage::Observed).map(|(_, trial)| trial);
+        let of_run = trials.filter(|trial| trial.subject == run);
+        of_run.filter_map(|trial| trial.observation.as_ref()).collect()
     }
 
     /// Particles of the first trial that succeeded.
@@ -149,18 +246,31 @@ impl Measured {
         }
     }
 
-    /// The thread counts of an experiment that were measured.
+    /// All thread counts of an experiment, measured or not.
+    pub fn thread_counts(&self, experiment: &str) -> Vec<usize> {
+        let Some(spec) = self.experiment(experiment) else {
+            return Vec::new();
+        };
+        let groups = spec.groups(self.info.mode);
+        let counts = groups.flat_map(|group| group.thread_counts(self.info.usable_threads));
+        counts.collect::<BTreeSet<usize>>().into_iter().collect()
+    }
+
+    /// Those that were measured.
     pub fn threads(&self, experiment: &str) -> Vec<usize> {
-        let factors = self.experiment(experiment).map(|e| e.factors.threads.clone()).unwrap_or_default();
-        factors.into_iter().filter(|&threads| threads <= self.info.usable_threads).collect()
+        let there = self.info.usable_threads;
+        self.thread_counts(experiment).into_iter().filter(|&threads| threads <= there).collect()
     }
 }
 
 /// Mean seconds a step over all steps of some windows.
-pub fn seconds_a_step(windows: &[WindowSample], quantity: Quantity) -> f64 {
-    let steps: usize = windows.iter().map(|w| w.steps.len()).sum();
-    let seconds: f64 = windows.iter().map(|window| seconds(window, quantity)).sum();
-    seconds / steps as f64
+pub fn seconds_a_step<'a>(windows: impl IntoIterator<Item = &'a WindowSample>, quantity: Quantity) -> f64 {
+    let (mut time_s, mut steps) = (0.0, 0);
+    for window in windows {
+        time_s += seconds(window, quantity);
+        steps += window.steps.len();
+    }
+    time_s / steps as f64
 }
 
 fn seconds(window: &WindowSample, quantity: Quantity) -> f64 {

@@ -2,12 +2,12 @@
 
 pub mod chart;
 pub mod claim;
-pub mod figure;
-pub mod figure4;
 pub mod measured;
 pub mod model;
+pub mod observations;
 pub mod page;
 pub mod published;
 pub mod samples;
+pub mod section;
 pub mod summary;
 pub mod table;

@@ -8,16 +8,16 @@ use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 
 use crate::base::files::write_whole;
-use crate::base::statistics::Estimate;
 use crate::experiment::machine::Machine;
-use crate::experiment::record::{Stage, Status, StepSample};
+use crate::experiment::record::{Stage, Status};
 use crate::experiment::run::LAST_FILE;
 use crate::report::chart::{Figure, svg_to_png};
 use crate::report::claim::{Judged, judge_all};
-use crate::report::measured::{Cell, Measured, Quantity, ratio};
+use crate::report::measured::Measured;
+use crate::report::section::{self, Content};
 use crate::report::summary::{CellPhase, cell_phases, summary};
-use crate::report::table::{TableView, phases_view, show, table2_rows, table2_view};
-use crate::report::{figure, figure4, samples};
+use crate::report::table::{TableView, show};
+use crate::report::{observations, samples};
 
 /// Width of the PNGs, pixels.
 const PNG_WIDTH: u32 = 1600;
@@ -55,6 +55,8 @@ struct Section {
     findings: Vec<String>,
     figures: Vec<FigureView>,
     tables: Vec<TableView>,
+    /// Tables as files, below the run folder.
+    files: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -116,6 +118,7 @@ pub fn write(folder: &Path) -> Result<Written> {
     samples::write(&measured, &rows, folder)?;
     let phases = cell_phases(&samples::frame(&rows)?)?;
     samples::write_csv(&folder.join("summary.csv"), &summary(&phases, measured.info.mode))?;
+    observations::write(&measured, folder)?;
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
     write_claims(&measured, &judged, folder)?;
@@ -125,7 +128,7 @@ pub fn write(folder: &Path) -> Result<Written> {
         .iter()
         .map(|e| section(&measured, &phases, &e.id, folder))
         .collect::<Result<Vec<_>>>()?;
-    let files = file_names(&measured, &sections);
+    let files = file_names(&sections);
     write_page(&page(&measured, &judged, sections), folder)?;
     let trials = || measured.rounds.iter().flat_map(|round| &round.trials);
     let ok_trials = trials().filter(|trial| trial.status == Status::Ok).count();
@@ -133,12 +136,11 @@ pub fn write(folder: &Path) -> Result<Written> {
 }
 
 /// All derived files below the run folder, those for people first.
-fn file_names(measured: &Measured, sections: &[Section]) -> Vec<String> {
+fn file_names(sections: &[Section]) -> Vec<String> {
     let mut files = vec!["report.html", "report.md", "claims.csv"];
-    if measured.experiment("table2").is_some() {
-        files.extend(["tables/table2.csv", "tables/table2.md"]);
-    }
-    let data = ["summary.csv", "samples.csv", "steps.csv", "machine.json", "machine.csv"];
+    files.extend(sections.iter().flat_map(|section| &section.files).map(String::as_str));
+    let data = ["summary.csv", "samples.csv", "steps.csv", "observations.csv", "fronts.csv"];
+    let data = data.into_iter().chain(["machine.json", "machine.csv"]);
     let figures = sections.iter().flat_map(|section| &section.figures);
     let drawn = figures.flat_map(|f| ["svg", "png"].map(|kind| format!("figures/{}.{kind}", f.file)));
     files.into_iter().map(String::from).chain(drawn).chain(data.map(String::from)).collect()
@@ -209,31 +211,22 @@ pub fn claims_view(judged: &[Judged]) -> TableView {
 
 fn section(measured: &Measured, phases: &[CellPhase], id: &str, folder: &Path) -> Result<Section> {
     let experiment = measured.experiment(id).context("an experiment of the run is missing")?;
-    let (mut figures, mut tables) = (Vec::new(), Vec::new());
-    match id {
-        "table2" => {
-            samples::write_csv(&folder.join("tables/table2.csv"), &table2_rows(measured))?;
-            let view = table2_view(measured);
-            let text = format!("{}\n\n{}", view.caption, view.to_markdown());
-            write_whole(&folder.join("tables/table2.md"), text.as_bytes())?;
-            tables.push(view);
-            figures.push(draw("table2", &figure::table2(measured), folder)?);
-            if let Some(steps) = figure::steps(measured) {
-                figures.push(draw("steps", &steps, folder)?);
-            }
-        }
-        "figure4" => figures.push(draw("figure4", &figure4::figure4(measured), folder)?),
-        _ => {}
+    let Content { findings, figures, tables, files } = section::content(measured, phases, id)?;
+    for (file, bytes) in &files {
+        write_whole(&folder.join(file), bytes).with_context(|| format!("cannot write {file}"))?;
     }
-    tables.push(phases_view(phases, id));
     Ok(Section {
         id: id.to_string(),
         title: experiment.title.clone(),
         question: experiment.question.clone(),
         analysis: experiment.analysis.trim().to_string(),
-        findings: findings(measured, id),
-        figures,
+        findings: findings.into_iter().chain(failures(measured, id)).collect(),
+        figures: figures
+            .iter()
+            .map(|(name, figure)| draw(name, figure, folder))
+            .collect::<Result<Vec<_>>>()?,
         tables,
+        files: files.into_iter().map(|(file, _)| file).collect(),
     })
 }
 
@@ -250,104 +243,10 @@ fn draw(name: &str, figure: &Figure, folder: &Path) -> Result<FigureView> {
     })
 }
 
-/// Sentences about an experiment's outcome.
-fn findings(measured: &Measured, id: &str) -> Vec<String> {
-    let mut findings = Vec::new();
-    let stage = measured.stage_for_tables(id);
-    findings.push(match stage {
-        Stage::Whole => "Numbers are from whole runs, a process each.".to_string(),
-        _ => format!(
-            "Numbers are from paired trials: each process computes the same steps with all variants in turn; \
-             {} rounds, whose processes are the samples of every interval.",
-            measured.succeeded(id, stage)
-        ),
-    });
-    if id == "table2" {
-        findings.extend(agreement(measured));
-        findings.extend(representativeness(measured));
-        findings.extend(flow(measured));
-    }
-    findings.extend(failures(measured, id));
-    findings
-}
-
-/// How far apart ways of measuring the same ratio may lie and still count as agreeing.
-const AGREEMENT: f64 = 0.05;
-
-/// Whether whole runs, trials of all variants and trials of two variants tell the same ratio.
-fn agreement(measured: &Measured) -> Option<String> {
-    let (list, relocated) =
-        (Cell::new("paper-linked-list", "sqrt", 1), Cell::new("paper-aos-relocation", "sqrt", 1));
-    let ways = [
-        ("whole runs", "table2", Stage::Whole),
-        ("paired trials of all variants", "table2", Stage::Paired),
-        ("paired trials of these two alone", "figure4", Stage::Paired),
-    ];
-    let found: Vec<(&str, Estimate)> = ways
-        .into_iter()
-        .filter_map(|(name, experiment, stage)| {
-            let per_step = |cell| measured.per_step(experiment, stage, cell, Quantity::NonCg);
-            Some((name, ratio(&per_step(&list), &per_step(&relocated))?))
-        })
-        .collect();
-    let medians = || found.iter().map(|(_, estimate)| estimate.median);
-    let spread = medians().reduce(f64::max)? / medians().reduce(f64::min)? - 1.0;
-    let texts: Vec<String> = found.iter().map(|(name, e)| format!("{name} {}", show(e, 3))).collect();
-    let verdict = if spread <= AGREEMENT { "they agree" } else { "they do not agree" };
-    Some(format!(
-        "List over relocation outside CG (sqrt): {}. They lie {:.1} % apart: {verdict} within {:.0} %.",
-        texts.join(", "),
-        100.0 * spread,
-        100.0 * AGREEMENT
-    ))
-}
-
-/// Whether the sampled steps stand for all: their mean over the mean of all steps, in a whole run of the list.
-fn representativeness(measured: &Measured) -> Option<String> {
-    let list = Cell::new("paper-linked-list", "sqrt", 1);
-    let paired = measured.windows("table2", Stage::Paired, &list);
-    let sampled: Vec<usize> = paired.values().next()?.iter().flat_map(|w| &w.steps).map(|s| s.step).collect();
-    let whole = measured.windows("table2", Stage::Whole, &list);
-    let steps: Vec<&StepSample> = whole.values().next()?.iter().flat_map(|w| &w.steps).collect();
-    let mean = |value: fn(&StepSample) -> f64, wanted: &dyn Fn(usize) -> bool| -> f64 {
-        let values: Vec<f64> = steps.iter().filter(|s| wanted(s.step)).map(|s| value(s)).collect();
-        values.iter().sum::<f64>() / values.len() as f64
-    };
-    let share =
-        |value: fn(&StepSample) -> f64| mean(value, &|step| sampled.contains(&step)) / mean(value, &|_| true);
-    Some(format!(
-        "In the whole run of the list, the {} steps that paired trials sample take {:.3} times the mean of all {} steps \
-         in CG, {:.3} times outside CG; they need {:.3} times the mean number of CG iterations.",
-        sampled.len(),
-        share(|s| s.cg_s),
-        steps.len(),
-        share(|s| s.total_s - s.cg_s),
-        share(|s| s.cg_iterations as f64)
-    ))
-}
-
-/// What the whole run did as a flow.
-fn flow(measured: &Measured) -> Option<String> {
-    let (_, trial) = measured.trials("table2", Stage::Whole).find(|(_, trial)| trial.status == Status::Ok)?;
-    let outcome = trial.outcome.as_ref()?;
-    let window = outcome.samples.first()?.first()?;
-    let (last, steps) = (window.steps.last()?, window.steps.len());
-    let iterations: usize = window.steps.iter().map(|s| s.cg_iterations).sum();
-    Some(format!(
-        "The scene has {} particles, {} of them fluid; {} left the bucket domain by step {steps} and became ghosts. CG \
-         took {:.1} iterations a step to a relative residual of {:.0e}. The end state is {}.",
-        outcome.particles,
-        outcome.fluid_particles,
-        last.ghosts,
-        iterations as f64 / steps as f64,
-        trial.variants.first()?.cg_tolerance,
-        window.digest
-    ))
-}
-
+/// What is missing of an experiment, and why.
 fn failures(measured: &Measured, id: &str) -> Vec<String> {
     let mut sentences = Vec::new();
-    for stage in [Stage::States, Stage::Whole, Stage::Paired] {
+    for stage in Stage::ALL {
         for (round, trial) in measured.trials(id, stage).filter(|(_, trial)| trial.status != Status::Ok) {
             sentences.push(format!(
                 "{} round {round} on {} thread(s): {}: {}",
@@ -359,13 +258,10 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
         }
     }
     let there = measured.info.usable_threads;
-    if let Some(experiment) = measured.experiment(id) {
-        let missing: Vec<String> =
-            experiment.factors.threads.iter().filter(|&&t| t > there).map(|t| t.to_string()).collect();
-        if !missing.is_empty() {
-            sentences
-                .push(format!("Not applicable here: {} threads ({there} may be used).", missing.join(", ")));
-        }
+    let all = measured.thread_counts(id).into_iter();
+    let missing: Vec<String> = all.filter(|&threads| threads > there).map(|t| t.to_string()).collect();
+    if !missing.is_empty() {
+        sentences.push(format!("Not applicable here: {} threads ({there} may be used).", missing.join(", ")));
     }
     sentences
 }

@@ -7,10 +7,9 @@ use polars::prelude::{DataFrame, df};
 use serde::Serialize;
 
 use crate::base::files::write_whole;
-use crate::experiment::record::{
-    Outcome, RoundRecord, SCHEMA, Stage, Status, TrialRecord, Variant, WindowSample,
-};
-use crate::report::measured::Measured;
+use crate::experiment::record::{Outcome, RoundRecord, SCHEMA, Stage, Status, TrialRecord, WindowSample};
+use crate::experiment::spec::Experiment;
+use crate::report::measured::{Measured, TimedCell};
 
 /// The time of one phase of one variant in one round. The phases `total` and `non_cg` (total minus `cg`) are the steps'
 /// wall time; the others are those of the engine.
@@ -24,13 +23,18 @@ pub struct SampleRow {
     pub cell_id: String,
     pub round: usize,
     pub position: usize,
+    /// The group of cells; empty where an experiment has but one.
+    pub subject: String,
     pub preset: String,
     pub distance_test: String,
+    pub buckets_per_radius: usize,
+    pub memory_order: String,
     pub storage: String,
     pub schedule: String,
     pub chunk: Option<usize>,
     pub cg: String,
     pub cg_tolerance: f64,
+    pub scene_change: String,
     pub threads_requested: usize,
     pub threads_observed: Option<usize>,
     pub particles: Option<usize>,
@@ -75,30 +79,41 @@ struct StepRow<'a> {
 }
 
 /// The name of a cell in every file.
-pub fn cell_id(experiment: &str, stage: Stage, variant: &Variant, threads: usize) -> String {
-    format!("{experiment}/{}/{}/t{threads}", stage.name(), variant.label())
+pub fn cell_id(experiment: &str, stage: Stage, cell: &TimedCell) -> String {
+    let group = if cell.subject.is_empty() { String::new() } else { format!("{}/", cell.subject) };
+    format!("{experiment}/{}/{group}{}/t{}", stage.name(), cell.variant.label(), cell.threads)
 }
 
 /// All sample rows of a run, in the order of its rounds; then the cells that this machine has no cores for.
 pub fn rows(measured: &Measured) -> Vec<SampleRow> {
     let mut rows = Vec::new();
-    for round in measured.rounds.iter().filter(|round| round.stage != Stage::States) {
+    let timed = |stage| matches!(stage, Stage::Whole | Stage::Paired);
+    for round in measured.rounds.iter().filter(|round| timed(round.stage)) {
         for trial in &round.trials {
-            for (k, variant) in trial.variants.iter().enumerate() {
-                rows.extend(variant_rows(measured, round, trial, variant, k));
+            for place in 0..trial.variants.len() {
+                rows.extend(variant_rows(measured, round, trial, place));
             }
         }
     }
     for experiment in &measured.info.experiments {
-        let there = measured.info.usable_threads;
-        for &threads in experiment.factors.threads.iter().filter(|&&threads| threads > there) {
-            for variant in experiment.variants() {
-                let cell = cell_id(&experiment.id, Stage::Paired, &variant, threads);
+        rows.extend(not_applicable(measured, experiment));
+    }
+    rows
+}
+
+/// The cells that need more hardware threads than may be used.
+fn not_applicable(measured: &Measured, experiment: &Experiment) -> Vec<SampleRow> {
+    let there = measured.info.usable_threads;
+    let mut rows = Vec::new();
+    for group in experiment.groups(measured.info.mode) {
+        for threads in group.thread_counts(there).into_iter().filter(|&threads| threads > there) {
+            for variant in group.variants(&experiment.fixed) {
+                let cell = TimedCell { subject: group.name.clone(), threads, variant };
                 rows.push(SampleRow {
                     phase: "total".to_string(),
                     status: Status::NotApplicable.name(),
                     reason: format!("needs {threads} hardware threads, {there} may be used here"),
-                    ..empty_row(measured, &experiment.id, Stage::Paired, cell, &variant, threads)
+                    ..empty_row(measured, &experiment.id, Stage::Paired, &cell)
                 });
             }
         }
@@ -106,31 +121,29 @@ pub fn rows(measured: &Measured) -> Vec<SampleRow> {
     rows
 }
 
-fn empty_row(
-    measured: &Measured,
-    experiment: &str,
-    stage: Stage,
-    cell_id: String,
-    variant: &Variant,
-    threads: usize,
-) -> SampleRow {
+fn empty_row(measured: &Measured, experiment: &str, stage: Stage, cell: &TimedCell) -> SampleRow {
+    let variant = &cell.variant;
     SampleRow {
         schema_version: SCHEMA,
         run_id: measured.info.run_id.clone(),
         mode: measured.info.mode.name(),
         experiment_id: experiment.to_string(),
         stage: stage.name(),
-        cell_id,
+        cell_id: cell_id(experiment, stage, cell),
         round: 0,
         position: 0,
+        subject: cell.subject.clone(),
         preset: variant.preset.clone(),
         distance_test: variant.distance_test.clone(),
+        buckets_per_radius: variant.buckets_per_radius,
+        memory_order: variant.memory_order.clone(),
         storage: variant.storage.clone(),
         chunk: variant.schedule.split_once(':').and_then(|(_, chunk)| chunk.parse().ok()),
         schedule: variant.schedule.clone(),
         cg: variant.cg.clone(),
         cg_tolerance: variant.cg_tolerance,
-        threads_requested: threads,
+        scene_change: variant.scene_change.clone(),
+        threads_requested: cell.threads,
         threads_observed: None,
         particles: None,
         bytes_per_particle: None,
@@ -159,17 +172,17 @@ fn variant_rows(
     measured: &Measured,
     round: &RoundRecord,
     trial: &TrialRecord,
-    variant: &Variant,
     place: usize,
 ) -> Vec<SampleRow> {
-    let cell = cell_id(&round.experiment, round.stage, variant, trial.threads);
+    let (subject, variant) = (trial.subject.clone(), trial.variants[place].clone());
+    let cell = TimedCell { subject, threads: trial.threads, variant };
     let base = SampleRow {
         round: round.round,
         position: trial.position,
         status: trial.status.name(),
         reason: trial.reason.clone(),
         started_utc: trial.started_utc.clone(),
-        ..empty_row(measured, &round.experiment, round.stage, cell, variant, trial.threads)
+        ..empty_row(measured, &round.experiment, round.stage, &cell)
     };
     let Some(outcome) = trial.outcome.as_ref().filter(|_| trial.status == Status::Ok) else {
         return vec![SampleRow { phase: "total".to_string(), ..base }];
@@ -237,12 +250,18 @@ pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<(
                 continue;
             };
             for (variant, windows) in trial.variants.iter().zip(&outcome.samples) {
+                let (subject, variant) = (trial.subject.clone(), variant.clone());
+                let cell = cell_id(
+                    &round.experiment,
+                    round.stage,
+                    &TimedCell { subject, threads: trial.threads, variant },
+                );
                 for window in windows {
                     steps.extend(window.steps.iter().map(|step| StepRow {
                         run_id: &measured.info.run_id,
                         mode: measured.info.mode.name(),
                         experiment_id: &round.experiment,
-                        cell_id: cell_id(&round.experiment, round.stage, variant, trial.threads),
+                        cell_id: cell.clone(),
                         round: round.round,
                         window_start_step: window.window.start_step,
                         step: step.step,
@@ -263,11 +282,16 @@ pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<(
 
 /// Writes rows with a header, whole or not at all.
 pub fn write_csv<R: Serialize>(path: &Path, rows: &[R]) -> Result<()> {
+    write_whole(path, &csv_bytes(rows)?).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Rows with a header, as a CSV file holds them.
+pub fn csv_bytes<R: Serialize>(rows: &[R]) -> Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
         writer.serialize(row)?;
     }
-    write_whole(path, &writer.into_inner()?).with_context(|| format!("cannot write {}", path.display()))
+    Ok(writer.into_inner()?)
 }
 
 /// The successful rows as a data frame: a row a cell, round and phase, with its milliseconds a step.

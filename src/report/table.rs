@@ -83,7 +83,13 @@ fn run_seconds(measured: &Measured, preset: Preset, test: &str, quantity: Quanti
 
 /// The distance tests that Table 2 was measured with, the paper's first.
 pub fn distance_tests(measured: &Measured) -> Vec<String> {
-    measured.experiment("table2").map(|e| e.factors.distance_test.clone()).unwrap_or_default()
+    let mut tests: Vec<String> = Vec::new();
+    for cell in measured.cells("table2") {
+        if !tests.contains(&cell.variant.distance_test) {
+            tests.push(cell.variant.distance_test);
+        }
+    }
+    tests
 }
 
 /// Table 2, the paper's and ours, as rows for a CSV.

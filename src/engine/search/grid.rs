@@ -1,4 +1,4 @@
-//! The grid of buckets: cubes whose side is the largest influence radius.
+//! The grid of buckets: cubes whose side is the largest influence radius, or a whole part of it.
 
 use crate::base::parallel::{FirstIndex, Rows, Team};
 use crate::base::vec3::{Vec3, is_finite};
@@ -6,16 +6,19 @@ use crate::engine::parameters::Domain;
 use crate::engine::particles::Kind;
 use crate::engine::search::NONE;
 
-/// A box tiled with cubic buckets, numbered with x outermost and z innermost. One layer of buckets around the domain
-/// stays empty, so that a walk over the neighbouring buckets needs no test for the border.
+/// A box tiled with cubic buckets, numbered with x outermost and z innermost. As many layers of buckets as a radius
+/// reaches across stay empty around the domain, so that a walk over the neighbouring buckets needs no test for the
+/// border.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     domain: Domain,
     side: f64,
+    /// How many buckets a radius reaches across.
+    reach: usize,
     /// Buckets in each direction, the empty border counted in.
     cells: [usize; 3],
-    /// Offsets -1..1 with x outermost, then y, then z.
-    neighborhood: [isize; 27],
+    /// Offsets -reach..reach with x outermost, then y, then z.
+    neighborhood: Box<[isize]>,
 }
 
 /// A domain that cannot be tiled.
@@ -35,21 +38,25 @@ impl Grid {
     /// The most buckets a grid may have: their numbers fit into 32 bits with room to spare.
     pub const MAX_BUCKETS: usize = 1 << 30;
 
-    /// Tiles `domain` with buckets of `side` metres, starting at its lower corner.
-    pub fn new(domain: Domain, side: f64) -> Result<Self, TooManyBuckets> {
+    /// Tiles `domain` with buckets, starting at its lower corner. `reach` buckets side by side are as long as the
+    /// largest influence radius of `radius_m` metres.
+    pub fn new(domain: Domain, radius_m: f64, reach: usize) -> Result<Self, TooManyBuckets> {
+        let (side, border) = (radius_m / reach as f64, 2 * reach);
         let extent_m = [0, 1, 2].map(|d| domain.high[d] - domain.low[d]);
-        let cells = extent_m.map(|e| (e / side).floor() + 3.0);
+        let cells = extent_m.map(|e| (e / side).floor() + 1.0 + border as f64);
         let product = cells[0] * cells[1] * cells[2];
         if product.is_nan() || product > Self::MAX_BUCKETS as f64 {
             return Err(TooManyBuckets { extent_m, side_m: side, cells: product });
         }
         let cells = cells.map(|c| c as usize);
-        let mut neighborhood = [0; 27];
-        for (k, offset) in neighborhood.iter_mut().enumerate() {
-            let [dx, dy, dz] = [k / 9, k / 3 % 3, k % 3].map(|d| d as isize - 1);
-            *offset = (dx * cells[1] as isize + dy) * cells[2] as isize + dz;
+        let steps = || -(reach as isize)..=reach as isize;
+        let mut neighborhood = Vec::new();
+        for dx in steps() {
+            for dy in steps() {
+                neighborhood.extend(steps().map(|dz| (dx * cells[1] as isize + dy) * cells[2] as isize + dz));
+            }
         }
-        Ok(Grid { domain, side, cells, neighborhood })
+        Ok(Grid { domain, side, reach, cells, neighborhood: neighborhood.into_boxed_slice() })
     }
 
     /// The number of buckets.
@@ -68,13 +75,14 @@ impl Grid {
             if !(self.domain.low[d]..=self.domain.high[d]).contains(&x) {
                 return None;
             }
-            let cell = ((x - self.domain.low[d]) / self.side) as usize + 1;
-            bucket = bucket * self.cells[d] + cell.min(self.cells[d] - 2);
+            let cell = ((x - self.domain.low[d]) / self.side) as usize + self.reach;
+            bucket = bucket * self.cells[d] + cell.min(self.cells[d] - 1 - self.reach);
         }
         Some(bucket)
     }
 
-    /// The 27 buckets around `bucket`, itself among them: offsets -1..1 with x outermost, then y, then z.
+    /// The buckets around `bucket` that a radius reaches, itself among them: x outermost, then y, then z; 27 of them
+    /// where a bucket is as long as the radius, 125 where it is half as long.
     #[inline(always)]
     pub fn neighborhood(&self, bucket: usize) -> impl Iterator<Item = usize> + '_ {
         self.neighborhood.iter().map(move |offset| bucket.wrapping_add_signed(*offset))
@@ -129,8 +137,10 @@ impl Buckets {
 mod tests {
     use super::*;
 
+    const DOMAIN: Domain = Domain { low: [-1.0, 0.0, 2.0], high: [1.0, 1.05, 2.3] };
+
     fn grid() -> Grid {
-        Grid::new(Domain { low: [-1.0, 0.0, 2.0], high: [1.0, 1.05, 2.3] }, 0.1).unwrap()
+        Grid::new(DOMAIN, 0.1, 1).unwrap()
     }
 
     #[test]
@@ -146,6 +156,20 @@ mod tests {
     }
 
     #[test]
+    fn smaller_buckets_reach_as_far() {
+        let grid = Grid::new(DOMAIN, 0.1, 2).unwrap();
+        let corner = grid.bucket_at(DOMAIN.low).unwrap();
+        let opposite = grid.bucket_at(DOMAIN.high).unwrap();
+        for bucket in [corner, opposite] {
+            let around: Vec<usize> = grid.neighborhood(bucket).collect();
+            assert_eq!((around.len(), around[62]), (125, bucket));
+            assert!(around.is_sorted() && around.iter().all(|&b| b < grid.len()));
+        }
+        let reached = grid.bucket_at([-0.91, 0.09, 2.09]).unwrap();
+        assert!(grid.neighborhood(corner).any(|bucket| bucket == reached));
+    }
+
+    #[test]
     fn only_the_domain_has_buckets() {
         let grid = grid();
         for outside in [[-1.001, 0.5, 2.1], [0.0, 1.06, 2.1], [0.0, 0.5, 1.999], [f64::NAN, 0.5, 2.1]] {
@@ -156,7 +180,7 @@ mod tests {
     #[test]
     fn a_domain_of_too_many_buckets_is_refused() {
         let domain = Domain { low: [0.0; 3], high: [1e6; 3] };
-        assert!(Grid::new(domain, 1e-3).unwrap_err().to_string().contains("particle_distance_m"));
-        assert!(Grid::new(Domain { low: [0.0; 3], high: [f64::NAN; 3] }, 1e-3).is_err());
+        assert!(Grid::new(domain, 1e-3, 1).unwrap_err().to_string().contains("particle_distance_m"));
+        assert!(Grid::new(Domain { low: [0.0; 3], high: [f64::NAN; 3] }, 1e-3, 1).is_err());
     }
 }

@@ -1,12 +1,26 @@
 //! Figure 4: time against threads, and parallel efficiency beside the two speed-ups that the paper prints.
 
+use anyhow::Result;
+
 use crate::base::statistics::{Estimate, Interval};
 use crate::engine::preset::Preset;
 use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series, XyPanel};
-use crate::report::figure::{LINKED_LIST, RELOCATED, automatic};
 use crate::report::measured::{ByRound, Cell, Measured, Quantity, estimate, ratio};
 use crate::report::model::{relative_time, serial_share};
 use crate::report::published::Published;
+use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, how_measured, point};
+use crate::report::summary::CellPhase;
+use crate::report::table::phases_view;
+
+/// The section.
+pub fn content(measured: &Measured, phases: &[CellPhase]) -> Result<Content> {
+    Ok(Content {
+        findings: vec![how_measured(measured, "figure4")],
+        figures: vec![("figure4", figure4(measured))],
+        tables: vec![phases_view(phases, "figure4")],
+        ..Content::default()
+    })
+}
 
 /// One search and one part of the step.
 struct Curve {
@@ -50,7 +64,7 @@ const CURVES: [Curve; 4] = [
 
 /// The figure. Only measured points, the ideal lines from one thread, and - where enough thread counts were measured -
 /// a model's points, named as such.
-pub fn figure4(measured: &Measured) -> Figure {
+fn figure4(measured: &Measured) -> Figure {
     let published = Published::load();
     Figure {
         title: "Figure 4: time against the number of threads".to_string(),
@@ -67,13 +81,8 @@ pub fn figure4(measured: &Measured) -> Figure {
     }
 }
 
-/// All thread counts of the experiment, measured or not.
-fn thread_counts(measured: &Measured) -> Vec<usize> {
-    measured.experiment("figure4").map(|e| e.factors.threads.clone()).unwrap_or_default()
-}
-
 fn thread_axis(measured: &Measured) -> Axis {
-    let threads = thread_counts(measured);
+    let threads = measured.thread_counts("figure4");
     let most = threads.iter().copied().max().unwrap_or(1) as f64;
     Axis {
         label: "threads".to_string(),
@@ -89,16 +98,6 @@ fn per_step(measured: &Measured, curve: &Curve, threads: usize) -> ByRound {
     measured.per_step("figure4", stage, &cell, curve.quantity)
 }
 
-fn point(threads: usize, estimate: Estimate) -> Point {
-    Point {
-        x: threads as f64,
-        y: estimate.median,
-        low: estimate.interval.map(|i| i.low),
-        high: estimate.interval.map(|i| i.high),
-        label: None,
-    }
-}
-
 /// A curve with one estimate a thread count; those without a successful round are left out.
 fn series(measured: &Measured, curve: &Curve, value: impl Fn(usize) -> Option<Estimate>) -> Series {
     let threads = measured.threads("figure4").into_iter();
@@ -107,7 +106,7 @@ fn series(measured: &Measured, curve: &Curve, value: impl Fn(usize) -> Option<Es
         color: curve.color,
         line: Line::Solid,
         marker: curve.marker,
-        points: threads.filter_map(|t| Some(point(t, value(t)?))).collect(),
+        points: threads.filter_map(|t| Some(point(t as f64, value(t)?))).collect(),
     }
 }
 
@@ -141,7 +140,7 @@ fn ideal(measured: &Measured, one_thread: f64, curve: &Curve, label: &str) -> Se
         color: curve.color,
         line: Line::Dashed,
         marker: Marker::None,
-        points: thread_counts(measured).into_iter().map(time).collect(),
+        points: measured.thread_counts("figure4").into_iter().map(time).collect(),
     }
 }
 
@@ -153,10 +152,10 @@ fn modelled(measured: &Measured, curve: &Curve, one_thread: f64) -> Option<Serie
     let at = |t: usize| {
         let time = |share: f64| one_thread * relative_time(share, t);
         let interval = share.interval.map(|i| Interval { low: time(i.low), high: time(i.high) });
-        point(t, Estimate { median: time(share.median), interval, samples: share.samples })
+        point(t as f64, Estimate { median: time(share.median), interval, samples: share.samples })
     };
     let missing: Vec<Point> =
-        thread_counts(measured).into_iter().filter(|t| !there.contains(t)).map(at).collect();
+        measured.thread_counts("figure4").into_iter().filter(|t| !there.contains(t)).map(at).collect();
     (!missing.is_empty()).then(|| Series {
         label: format!("{}: Amdahl model, serial share {:.3}", curve.label, share.median),
         color: curve.color,

@@ -1,0 +1,205 @@
+//! Hard cases: what passes, what fails and by how much.
+
+use anyhow::Result;
+
+use crate::experiment::observed::{Case, Criterion, Scheme};
+use crate::experiment::quantity::Quantity;
+use crate::experiment::record::Observation;
+use crate::experiment::spec::Experiment;
+use crate::report::chart::{Bar, BarGroup, BarPanel, Figure, Panel};
+use crate::report::measured::Measured;
+use crate::report::section::Content;
+use crate::report::summary::CellPhase;
+use crate::report::table::TableView;
+
+const ID: &str = "hard-cases";
+
+/// The section.
+pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
+    let Some(experiment) = measured.experiment(ID) else {
+        return Ok(Content::default());
+    };
+    let results = results(measured, experiment);
+    let mut findings: Vec<String> =
+        experiment.scheme.iter().filter_map(|scheme| scheme_in_words(scheme, &results)).collect();
+    findings.extend(cost(experiment, &results));
+    Ok(Content {
+        findings,
+        figures: vec![("hard-cases", figure(measured, experiment, &results))],
+        tables: vec![table(&results)],
+        ..Content::default()
+    })
+}
+
+/// A case with a scheme, and what was seen.
+struct CaseResult<'a> {
+    case: &'a Case,
+    scheme: &'a Scheme,
+    observation: &'a Observation,
+}
+
+/// One thing that was asked of a run.
+struct Asked {
+    what: String,
+    found: String,
+    holds: bool,
+}
+
+fn results<'a>(measured: &'a Measured, experiment: &'a Experiment) -> Vec<CaseResult<'a>> {
+    let cases = experiment.case.iter().filter(|case| case.modes.contains(&measured.info.mode));
+    let mut results = Vec::new();
+    for case in cases {
+        for scheme in case.schemes_of(&experiment.scheme) {
+            let seen = measured.observations(ID, &case.run_id(scheme));
+            results.extend(seen.first().map(|observation| CaseResult { case, scheme, observation }));
+        }
+    }
+    results
+}
+
+impl CaseResult<'_> {
+    fn asked(&self) -> Vec<Asked> {
+        let ended = self.observation.ended.as_str();
+        let due = self.case.must_end_with.as_deref().unwrap_or(Observation::COMPLETED);
+        let found = match self.observation.error.as_str() {
+            "" => ended.to_string(),
+            error => format!("{ended}: {error}"),
+        };
+        let what = match due {
+            Observation::COMPLETED => "runs to its end".to_string(),
+            error => format!("ends with the error `{error}`"),
+        };
+        let mut asked = vec![Asked { what, found, holds: ended == due }];
+        asked.extend(self.case.pass.iter().map(|criterion| self.judge(criterion)));
+        asked
+    }
+
+    fn judge(&self, criterion: &Criterion) -> Asked {
+        let value = self.observation.quantities.get(&criterion.quantity).copied();
+        let completed = self.observation.ended == Observation::COMPLETED;
+        Asked {
+            what: criterion.in_words(),
+            found: value.map_or("nothing".to_string(), short),
+            holds: completed && value.is_some_and(|value| criterion.holds_for(value)),
+        }
+    }
+
+    fn passes(&self) -> bool {
+        self.asked().iter().all(|asked| asked.holds)
+    }
+
+    fn quantity(&self, quantity: Quantity) -> f64 {
+        self.observation.quantities.get(&quantity).copied().unwrap_or(0.0)
+    }
+}
+
+/// A number with as many digits as tell it apart from its bound.
+fn short(value: f64) -> String {
+    if value == value.round() && value.abs() < 1e6 {
+        format!("{value:.0}")
+    } else if value.abs() >= 1e-3 && value.abs() < 1e4 {
+        format!("{value:.4}")
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+fn scheme_in_words(scheme: &Scheme, results: &[CaseResult<'_>]) -> Option<String> {
+    let of_scheme: Vec<&CaseResult<'_>> = results.iter().filter(|r| r.scheme.id == scheme.id).collect();
+    let failed: Vec<String> = of_scheme
+        .iter()
+        .filter(|result| !result.passes())
+        .map(|result| {
+            let wrong: Vec<String> = result
+                .asked()
+                .iter()
+                .filter(|a| !a.holds)
+                .map(|a| format!("{} ({})", a.what, a.found))
+                .collect();
+            format!("{}: {}", result.case.title, wrong.join(", "))
+        })
+        .collect();
+    let passed = of_scheme.len() - failed.len();
+    let verdict = match failed.as_slice() {
+        [] => "all".to_string(),
+        failed => format!("{passed}; it fails {}", failed.join("; ")),
+    };
+    (!of_scheme.is_empty())
+        .then(|| format!("{}: passes {verdict} of {} cases.", scheme.title, of_scheme.len()))
+}
+
+/// What stops the leaks, and what it costs.
+fn cost(experiment: &Experiment, results: &[CaseResult<'_>]) -> Vec<String> {
+    let [plain, changed] = experiment.scheme.as_slice() else {
+        return Vec::new();
+    };
+    let of = |case: &Case, scheme: &Scheme| {
+        results.iter().find(|r| r.case.id == case.id && r.scheme.id == scheme.id)
+    };
+    let leaky = |case: &&Case| of(case, plain).is_some_and(|r| r.quantity(Quantity::Leaks) > 0.0);
+    let sentence = |case: &Case| {
+        let (before, after) = (of(case, plain)?, of(case, changed)?);
+        let a_step = |r: &CaseResult<'_>| r.observation.stepping_s / r.observation.steps as f64;
+        Some(format!(
+            "{}: {:.0} of {:.0} fluid particles leak and {:.0} leave the domain; {}, {:.0} leak and {:.0} leave, at {:.2} \
+             times the time a step (one run each).",
+            case.title,
+            before.quantity(Quantity::Leaks),
+            before.quantity(Quantity::Fluid),
+            before.quantity(Quantity::Left),
+            changed.title,
+            after.quantity(Quantity::Leaks),
+            after.quantity(Quantity::Left),
+            a_step(after) / a_step(before)
+        ))
+    };
+    experiment.case.iter().filter(leaky).filter_map(sentence).collect()
+}
+
+fn figure(measured: &Measured, experiment: &Experiment, results: &[CaseResult<'_>]) -> Figure {
+    let bar = |result: &CaseResult<'_>| Bar {
+        label: result.scheme.id.clone(),
+        values: vec![result.quantity(Quantity::Leaks)],
+        interval: None,
+        published: false,
+    };
+    let leaky =
+        |case: &&Case| results.iter().any(|r| r.case.id == case.id && r.quantity(Quantity::Leaks) > 0.0);
+    let groups = experiment.case.iter().filter(leaky).map(|case| BarGroup {
+        label: case.id.clone(),
+        bars: results.iter().filter(|r| r.case.id == case.id).map(bar).collect(),
+    });
+    Figure {
+        title: "Fluid particles that leak into walls".to_string(),
+        description:
+            "Particles seen deeper than half a particle distance inside a wall, past its first layer, in the \
+                      cases that have any, with the textbook's scheme and with wall contact and kernel floor."
+                .to_string(),
+        panels: vec![Panel::Bars(BarPanel {
+            title: String::new(),
+            y_label: "particles that leak".to_string(),
+            segments: vec!["ever seen inside a wall".to_string()],
+            groups: groups.collect(),
+        })],
+        note: measured.stamp(),
+    }
+}
+
+fn table(results: &[CaseResult<'_>]) -> TableView {
+    let mut view = TableView::new(
+        "Each case with each scheme, every number that means pass, and what was found.",
+        &["verdict", "case", "scheme", "asked", "found"],
+    );
+    for result in results {
+        for asked in result.asked() {
+            view.rows.push(vec![
+                if asked.holds { "holds" } else { "fails" }.to_string(),
+                result.case.title.clone(),
+                result.scheme.title.clone(),
+                asked.what,
+                asked.found,
+            ]);
+        }
+    }
+    view
+}

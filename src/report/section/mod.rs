@@ -1,0 +1,104 @@
+//! What a report says about each experiment: sentences with computed numbers, figures and tables.
+//!
+//! A new experiment that wants more than the table of its phases is one new file here and one line in [`SECTIONS`].
+
+mod accuracy_cost;
+mod bucket_side;
+mod cg;
+mod chunks;
+mod effects_cost;
+mod figure4;
+mod hard_cases;
+mod memory_order;
+mod particle_count;
+mod table2;
+
+use anyhow::Result;
+
+use crate::base::statistics::Estimate;
+use crate::experiment::record::Stage;
+use crate::report::chart::{Axis, Figure, Point, Scale};
+use crate::report::measured::Measured;
+use crate::report::summary::CellPhase;
+use crate::report::table::{TableView, phases_view};
+
+/// What there is to say about one experiment.
+#[derive(Debug, Default)]
+pub struct Content {
+    /// What came out, in sentences.
+    pub findings: Vec<String>,
+    /// Figures with the name of their file.
+    pub figures: Vec<(&'static str, Figure)>,
+    pub tables: Vec<TableView>,
+    /// Further files with their path below the run folder.
+    pub files: Vec<(String, Vec<u8>)>,
+}
+
+type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
+
+const SECTIONS: [(&str, Section); 10] = [
+    ("table2", table2::content),
+    ("figure4", figure4::content),
+    ("chunks", chunks::content),
+    ("memory-order", memory_order::content),
+    ("particle-count", particle_count::content),
+    ("cg", cg::content),
+    ("bucket-side", bucket_side::content),
+    ("effects-cost", effects_cost::content),
+    ("accuracy-cost", accuracy_cost::content),
+    ("hard-cases", hard_cases::content),
+];
+
+/// The section of an experiment; that of one without a file of its own shows the times of its phases.
+pub fn content(measured: &Measured, phases: &[CellPhase], id: &str) -> Result<Content> {
+    match SECTIONS.iter().find(|(name, _)| *name == id) {
+        Some((_, section)) => section(measured, phases),
+        None => Ok(Content {
+            findings: vec![how_measured(measured, id)],
+            tables: vec![phases_view(phases, id)],
+            ..Content::default()
+        }),
+    }
+}
+
+/// The colour of each search in all figures, by its place in the palette.
+const LINKED_LIST: usize = 5;
+const RELOCATED: usize = 6;
+
+/// An axis whose range and ticks follow from the data.
+fn automatic(label: &str, scale: Scale) -> Axis {
+    Axis { label: label.to_string(), scale, range: None, ticks: None }
+}
+
+/// An axis whose places 0, 1, 2 ... have names.
+fn categories(label: &str, names: &[String]) -> Axis {
+    Axis {
+        label: label.to_string(),
+        scale: Scale::Linear,
+        range: Some((-0.5, names.len() as f64 - 0.5)),
+        ticks: Some(names.iter().enumerate().map(|(k, name)| (k as f64, name.clone())).collect()),
+    }
+}
+
+/// An estimate as a point of a series.
+fn point(x: f64, estimate: Estimate) -> Point {
+    Point {
+        x,
+        y: estimate.median,
+        low: estimate.interval.map(|i| i.low),
+        high: estimate.interval.map(|i| i.high),
+        label: None,
+    }
+}
+
+/// Which trials the numbers of an experiment are from.
+fn how_measured(measured: &Measured, id: &str) -> String {
+    match measured.stage_for_tables(id) {
+        Stage::Whole => "Numbers are from whole runs, a process each.".to_string(),
+        stage => format!(
+            "Numbers are from paired trials: each process computes the same steps with all variants in turn; \
+             {} rounds, whose processes are the samples of every interval.",
+            measured.succeeded(id, stage)
+        ),
+    }
+}
