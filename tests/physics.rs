@@ -6,11 +6,12 @@ use std::sync::Arc;
 
 use common::{Run, dam_break, run_scene};
 use repro::base::parallel::{Schedule, Workers};
-use repro::base::vec3::Vec3;
+use repro::base::vec3::{Vec3, add_scaled, dot, scale, sub};
 use repro::engine::effects::collision::Collision;
 use repro::engine::effects::gravity::Gravity;
 use repro::engine::effects::viscosity::Viscosity;
 use repro::engine::error::SimulationError;
+use repro::engine::kernel::Reference;
 use repro::engine::parameters::{Domain, Effects, Parameters, Radii};
 use repro::engine::particles::{InitialParticle, Kind};
 use repro::engine::phase::{NoProbe, Phase};
@@ -35,7 +36,12 @@ fn parameters(effects: Effects) -> Parameters {
 }
 
 fn pressure() -> Option<Pressure> {
-    Some(Pressure { surface_threshold: 0.97, source_relaxation: 0.2, compressibility_1_pa: 0.45e-9 })
+    Some(Pressure {
+        surface_threshold: 0.97,
+        source_relaxation: 0.2,
+        compressibility_1_pa: 0.45e-9,
+        kernel_floor: None,
+    })
 }
 
 fn fluid(position: Vec3, velocity: Vec3) -> InitialParticle {
@@ -94,6 +100,68 @@ fn viscosity_of_a_parabolic_profile_is_its_second_derivative() {
     let centre = particles.len() / 2;
     let change = simulation.particles().velocity[centre][0] - particles[centre].velocity[0];
     assert!((change - nu * 2.0 * s * DT).abs() < 1e-15, "{change}");
+}
+
+/// A compressed block with one particle too many beside its centre, and the pressure effect's constants.
+fn crowd(kernel_floor: Option<f64>) -> (Vec<InitialParticle>, Effects) {
+    let axis = || (-3i32..=3).map(|i| 0.9 * L0 * f64::from(i));
+    let lattice = axis().flat_map(|x| axis().flat_map(move |y| axis().map(move |z| [x, y, z])));
+    let mut particles: Vec<InitialParticle> = lattice.map(|x| fluid(x, [0.0; 3])).collect();
+    particles.push(fluid([0.1 * L0, 0.2 * L0, 0.0], [0.0; 3]));
+    let pressure = pressure().map(|pressure| Pressure { kernel_floor, ..pressure });
+    (particles, Effects { pressure, ..Effects::default() })
+}
+
+/// A neighbour within `radius` particle distances: its index, `r_ij`, the distance that counts, and its weight.
+fn pairs(start: &[InitialParticle], i: usize, radius: f64, floor: f64) -> Vec<(usize, Vec3, f64, f64)> {
+    let mut pairs = Vec::new();
+    for (j, other) in start.iter().enumerate().filter(|&(j, _)| j != i) {
+        let r_ij = sub(other.position, start[i].position);
+        let r = dot(r_ij, r_ij).sqrt();
+        if r < radius * L0 {
+            let counted = r.max(floor * L0);
+            pairs.push((j, r_ij, counted, radius * L0 / counted - 1.0));
+        }
+    }
+    pairs
+}
+
+/// Number density, pressure equation and gradient of a crowd, worked out pair by pair from their formulae.
+#[test]
+fn a_kernel_floor_counts_in_number_density_matrix_and_gradient() {
+    let [density, laplacian] = [2.1, 3.1].map(|radius| Reference::on_lattice(L0, radius * L0));
+    let n0 = density.number_density;
+    let coefficient = 6.0 / (laplacian.number_density * laplacian.lambda_m2 * 1000.0);
+    for floor in [0.0, 0.5, 1.0] {
+        let (start, effects) = crowd(Some(floor).filter(|&floor| floor > 0.0));
+        let mut simulation = build(effects, &start);
+        simulation.step(&mut NoProbe).unwrap();
+        let (p, n) = (&simulation.particles().pressure, &simulation.particles().number_density);
+        let close = |found: f64, expected: f64, scale: f64, what: &str| {
+            assert!((found - expected).abs() <= 1e-6 * scale, "{what}, floor {floor}: {found} {expected}");
+        };
+        for i in 0..start.len() {
+            let near = pairs(&start, i, 2.1, floor);
+            close(n[i], near.iter().map(|pair| pair.3).sum(), 1e-6 * n0, "number density");
+            if p[i] > 0.0 {
+                let wide = pairs(&start, i, 3.1, floor);
+                let flux: f64 = wide.iter().map(|&(j, _, _, w)| coefficient * w * (p[i] - p[j])).sum();
+                let relaxation = 0.2 / (DT * DT);
+                let source = relaxation * (n[i] - n0) / n0;
+                close(flux + 0.45e-9 / (DT * DT) * p[i], source, relaxation, "pressure equation");
+            }
+            let least = near.iter().map(|pair| p[pair.0]).fold(p[i], f64::min);
+            let push = |sum: Vec3, &(j, r_ij, r, w): &(usize, Vec3, f64, f64)| {
+                add_scaled(sum, -3.0 / (n0 * 1000.0) * (p[j] - least) * w / (r * r), r_ij)
+            };
+            let expected = near.iter().fold([0.0; 3], push);
+            let found = scale(1.0 / DT, simulation.particles().velocity[i]);
+            for (found, expected) in found.into_iter().zip(expected) {
+                close(found, expected, 1e-3 * expected.abs().max(1.0), "acceleration");
+            }
+        }
+        assert!(p.iter().filter(|&&p| p > 0.0).count() > 50, "there is pressure to speak of");
+    }
 }
 
 #[test]

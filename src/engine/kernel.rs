@@ -11,6 +11,33 @@ pub fn weight(r: f64, re: f64) -> f64 {
     re / r - 1.0
 }
 
+/// The weight function with its radius and, where a scene names one, a floor: `w(max(r, floor), re)`.
+///
+/// The weight grows without bound as two particles meet, and the gradient's `w / r` faster still, so that a single close
+/// pair can fling its particles out of the flow. Below the floor they push no harder than at it, and a pair at one place
+/// has a weight but no direction to push in. Our own addition; with a floor of zero the method's own kernel, to the last
+/// bit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kernel {
+    pub radius_m: f64,
+    /// Zero where there is none.
+    pub floor_m: f64,
+}
+
+impl Kernel {
+    /// The distance that counts for a pair at distance `r`, metres.
+    #[inline(always)]
+    pub fn distance(self, r: f64) -> f64 {
+        if r > self.floor_m { r } else { self.floor_m }
+    }
+
+    /// The weight of a pair at distance `r` metres, dimensionless.
+    #[inline(always)]
+    pub fn weight(self, r: f64) -> f64 {
+        weight(self.distance(r), self.radius_m)
+    }
+}
+
 /// Sums over the cubic lattice of spacing `l0` around the origin, the origin left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
@@ -52,6 +79,18 @@ impl Reference {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_floor_of_zero_is_no_floor_and_below_one_nothing_grows() {
+        let plain = Kernel { radius_m: 2.1, floor_m: 0.0 };
+        for r in [0.0, f64::MIN_POSITIVE, 1e-9, 0.3, 0.5, 1.0, 2.0999] {
+            assert_eq!(plain.weight(r).to_bits(), weight(r, 2.1).to_bits());
+            assert_eq!(plain.distance(r).to_bits(), r.to_bits());
+        }
+        let floored = Kernel { floor_m: 0.5, ..plain };
+        assert_eq!([0.0, 0.3, 0.5].map(|r| floored.weight(r)), [weight(0.5, 2.1); 3]);
+        assert_eq!(floored.weight(0.6), weight(0.6, 2.1));
+    }
 
     /// Published constants of the method at l0 = 0.01875 m, and the same in units of l0 at both radii.
     #[test]

@@ -99,6 +99,8 @@ pub struct PressureSpec {
     pub surface_threshold: f64,
     pub source_relaxation: f64,
     pub compressibility_1_pa: f64,
+    /// In particle distances.
+    pub kernel_floor: Option<f64>,
 }
 
 impl Scene {
@@ -269,6 +271,14 @@ impl EffectsSpec {
                 "allowed are numbers above 0 up to 1",
             )?;
             check.not_negative("effects.pressure.compressibility_1_pa", pressure.compressibility_1_pa)?;
+            if let Some(floor) = pressure.kernel_floor {
+                check.require(
+                    floor > 0.0 && floor <= 1.0,
+                    "effects.pressure.kernel_floor",
+                    floor,
+                    "allowed are numbers above 0 up to 1; without the key there is no floor",
+                )?;
+            }
         }
         Ok(())
     }
@@ -291,6 +301,7 @@ impl EffectsSpec {
                 surface_threshold: p.surface_threshold,
                 source_relaxation: p.source_relaxation,
                 compressibility_1_pa: p.compressibility_1_pa,
+                kernel_floor: p.kernel_floor,
             }),
         }
     }
@@ -451,6 +462,25 @@ mod tests {
         refused(REGION, &["effects.viscosty=false"], &["--set", "viscosty=false", "effects.viscosity"]);
         refused(REGION, &["time_step_s=false"], &["--set", "time_step_s=false", "is a value"]);
         refused(REGION, &["fluid=false"], &["missing field", "fluid"]);
+    }
+
+    #[test]
+    fn a_kernel_floor_is_optional_and_at_most_a_particle_distance() {
+        let pressure = "[effects.pressure]\nsurface_threshold = 0.97\nsource_relaxation = 0.2\n\
+                        compressibility_1_pa = 0.45e-9\n";
+        let floor = |sets: &[&str]| {
+            let scene = parse(&format!("{REGION}{pressure}"), sets).unwrap();
+            scene.effects.to_engine().pressure.unwrap().kernel_floor
+        };
+        assert_eq!((floor(&[]), floor(&["effects.pressure.kernel_floor=1"])), (None, Some(1.0)));
+        for wrong in ["0", "-0.5", "1.01", "nan"] {
+            let set = format!("effects.pressure.kernel_floor={wrong}");
+            refused(
+                &format!("{REGION}{pressure}"),
+                &[&set],
+                &["effects.pressure.kernel_floor", "above 0 up to 1"],
+            );
+        }
     }
 
     /// `NAMES` repeats what serde knows.

@@ -6,17 +6,18 @@
 use crate::base::parallel::{FirstIndex, Rows};
 use crate::base::vec3::{ZERO, add_scaled, is_finite};
 use crate::engine::error::SimulationError;
-use crate::engine::kernel::{DIMENSIONS, weight};
+use crate::engine::kernel::{DIMENSIONS, Kernel, weight};
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
 use crate::engine::phase::Phase;
+use crate::engine::pressure::Pressure;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::search::{CandidateSearch, DistanceTest, NONE};
 use crate::engine::stage::State;
 
 #[derive(Debug)]
 pub struct PressureGradient {
-    radius_m: f64,
+    kernel: Kernel,
     /// `-D / (n0_g rho)`.
     factor: f64,
     /// `pmin`, Pa.
@@ -24,11 +25,11 @@ pub struct PressureGradient {
 }
 
 impl PressureGradient {
-    pub fn new<C: CandidateSearch>(parameters: &Parameters, state: &State<C>) -> Self {
+    pub fn new<C: CandidateSearch>(pressure: Pressure, parameters: &Parameters, state: &State<C>) -> Self {
         let radius_m = parameters.gradient_radius_m();
         let n0 = parameters.reference(radius_m).number_density;
         PressureGradient {
-            radius_m,
+            kernel: pressure.kernel(radius_m, parameters),
             factor: -(DIMENSIONS / (n0 * parameters.density_kg_m3)),
             minimum: state.workers.column(state.particles.len(), 0.0),
         }
@@ -56,7 +57,7 @@ impl PressureGradient {
         state: &State<C>,
     ) {
         let (near, pressure, label, radius_m) =
-            (state.neighborhood(), &state.particles.pressure, &unknowns.label, self.radius_m);
+            (state.neighborhood(), &state.particles.pressure, &unknowns.label, self.kernel.radius_m);
         state.team().fill(Rows::new(&mut self.minimum), |range, minimum| {
             for (i, minimum) in range.zip(minimum) {
                 if label[i] == Label::Outside {
@@ -86,15 +87,17 @@ impl PressureGradient {
         let broken = FirstIndex::default();
         let forces = state.forces();
         let (near, pressure, label) = (&forces.near, forces.pressure, &unknowns.label);
+        let kernel = self.kernel;
         forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
             for (i, a) in range.zip(acceleration) {
                 if forces.kind[i] != Kind::Fluid {
                     continue;
                 }
                 let (mut sum, minimum) = (ZERO, self.minimum[i]);
-                near.for_each_neighbor::<T>(i, self.radius_m, |j, r_ij, r| {
+                near.for_each_neighbor::<T>(i, kernel.radius_m, |j, r_ij, r| {
                     if label[j] != Label::Outside {
-                        let magnitude = (pressure[j] - minimum) * weight(r, self.radius_m) / (r * r);
+                        let r = kernel.distance(r);
+                        let magnitude = (pressure[j] - minimum) * weight(r, kernel.radius_m) / (r * r);
                         sum = add_scaled(sum, magnitude, r_ij);
                     }
                 });

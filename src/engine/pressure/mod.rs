@@ -12,6 +12,7 @@ pub mod number_density;
 pub mod poisson;
 
 use crate::engine::error::SimulationError;
+use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::preset::Options;
@@ -33,6 +34,16 @@ pub struct Pressure {
     pub source_relaxation: f64,
     /// `alpha`, 1/Pa.
     pub compressibility_1_pa: f64,
+    /// Distance in particle distances below which a pair counts as that far apart in number density, matrix and
+    /// gradient. The reference lattice has no such pair, so `n0` and `lambda` stay.
+    pub kernel_floor: Option<f64>,
+}
+
+impl Pressure {
+    /// The kernel for an influence radius, metres.
+    fn kernel(&self, radius_m: f64, parameters: &Parameters) -> Kernel {
+        Kernel { radius_m, floor_m: self.kernel_floor.unwrap_or(0.0) * parameters.particle_distance_m }
+    }
 }
 
 /// What the pressure solve of one step met.
@@ -66,12 +77,12 @@ impl PressureSolve {
         state: &State<C>,
     ) -> Self {
         PressureSolve {
-            number_density: NumberDensity::new(parameters),
+            number_density: NumberDensity::new(pressure, parameters),
             unknowns: Unknowns::new(pressure, parameters, state),
             poisson: Poisson::new(pressure, parameters, options.storage),
             connectivity: Connectivity::new(parameters, state),
             solver: ConjugateGradient::new(options.cg),
-            gradient: PressureGradient::new(parameters, state),
+            gradient: PressureGradient::new(pressure, parameters, state),
         }
     }
 }

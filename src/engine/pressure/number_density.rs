@@ -2,21 +2,22 @@
 
 use crate::base::parallel::{FirstIndex, Rows};
 use crate::engine::error::SimulationError;
-use crate::engine::kernel::weight;
+use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
 use crate::engine::phase::Phase;
+use crate::engine::pressure::Pressure;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::State;
 
 #[derive(Debug, Clone, Copy)]
 pub struct NumberDensity {
-    radius_m: f64,
+    kernel: Kernel,
 }
 
 impl NumberDensity {
-    pub fn new(parameters: &Parameters) -> Self {
-        NumberDensity { radius_m: parameters.number_density_radius_m() }
+    pub fn new(pressure: Pressure, parameters: &Parameters) -> Self {
+        NumberDensity { kernel: pressure.kernel(parameters.number_density_radius_m(), parameters) }
     }
 
     /// Sums the weights of all neighbours into `state.particles.number_density`.
@@ -26,14 +27,14 @@ impl NumberDensity {
     ) -> Result<(), SimulationError> {
         let broken = FirstIndex::default();
         let mut column = std::mem::take(&mut state.particles.number_density);
-        let (near, kind) = (state.neighborhood(), &state.particles.kind);
+        let (near, kind, kernel) = (state.neighborhood(), &state.particles.kind, self.kernel);
         state.team().fill(Rows::new(&mut column), |range, number_density| {
             for (i, n) in range.zip(number_density) {
                 if kind[i] == Kind::Ghost {
                     continue;
                 }
                 let mut sum = 0.0;
-                near.for_each_neighbor::<T>(i, self.radius_m, |_, _, r| sum += weight(r, self.radius_m));
+                near.for_each_neighbor::<T>(i, kernel.radius_m, |_, _, r| sum += kernel.weight(r));
                 *n = sum;
                 if !sum.is_finite() {
                     broken.record(i);

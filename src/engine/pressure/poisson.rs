@@ -4,7 +4,7 @@
 //! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
 //!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
 
-use crate::engine::kernel::weight;
+use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
@@ -18,7 +18,7 @@ const QUIET: f64 = 1e-10;
 
 #[derive(Debug)]
 pub struct Poisson {
-    radius_m: f64,
+    kernel: Kernel,
     /// `2D / (n0_L lambda rho)`.
     coefficient: f64,
     /// `alpha / dt^2`.
@@ -38,7 +38,7 @@ impl Poisson {
         let dt2 = parameters.time_step_s * parameters.time_step_s;
         let lattice = parameters.reference(parameters.laplacian_radius_m());
         Poisson {
-            radius_m: parameters.laplacian_radius_m(),
+            kernel: pressure.kernel(parameters.laplacian_radius_m(), parameters),
             coefficient: parameters.laplacian_factor() / parameters.density_kg_m3,
             compressibility: pressure.compressibility_1_pa / dt2,
             relaxation: pressure.source_relaxation / dt2,
@@ -61,15 +61,14 @@ impl Poisson {
     pub fn assemble<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
         let near = state.neighborhood();
         let Unknowns { label, rows, row_of, .. } = unknowns;
-        let (radius_m, coefficient, compressibility) =
-            (self.radius_m, self.coefficient, self.compressibility);
+        let (kernel, coefficient, compressibility) = (self.kernel, self.coefficient, self.compressibility);
         self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
             let mut sum = 0.0;
-            near.for_each_neighbor::<T>(rows[row] as usize, radius_m, |j, _, r| match label[j] {
+            near.for_each_neighbor::<T>(rows[row] as usize, kernel.radius_m, |j, _, r| match label[j] {
                 Label::Outside => {}
-                Label::Surface => sum += coefficient * weight(r, radius_m),
+                Label::Surface => sum += coefficient * kernel.weight(r),
                 Label::Inner => {
-                    let c = coefficient * weight(r, radius_m);
+                    let c = coefficient * kernel.weight(r);
                     sum += c;
                     entries.push(row_of[j], -c);
                 }
