@@ -28,7 +28,8 @@ struct Page {
     title: String,
     stamp: Option<String>,
     run: RunView,
-    claims: TableView,
+    /// `None` where the run holds no claim's experiment.
+    claims: Option<TableView>,
     sections: Vec<Section>,
     machine: TableView,
 }
@@ -128,22 +129,23 @@ pub fn write(folder: &Path) -> Result<Written> {
         .iter()
         .map(|e| section(&measured, &phases, &e.id, folder))
         .collect::<Result<Vec<_>>>()?;
-    let files = file_names(&sections);
+    let files = file_names(folder, &sections);
     write_page(&page(&measured, &judged, sections), folder)?;
     let trials = || measured.rounds.iter().flat_map(|round| &round.trials);
     let ok_trials = trials().filter(|trial| trial.status == Status::Ok).count();
     Ok(Written { files, judged, ok_trials, failed_trials: trials().count() - ok_trials })
 }
 
-/// All derived files below the run folder, those for people first.
-fn file_names(sections: &[Section]) -> Vec<String> {
-    let mut files = vec!["report.html", "report.md", "claims.csv"];
-    files.extend(sections.iter().flat_map(|section| &section.files).map(String::as_str));
-    let data = ["summary.csv", "samples.csv", "steps.csv", "observations.csv", "fronts.csv"];
-    let data = data.into_iter().chain(["machine.json", "machine.csv"]);
+/// All derived files below the run folder, those for people first. A table without a row has no file.
+fn file_names(folder: &Path, sections: &[Section]) -> Vec<String> {
+    let mut files: Vec<String> = ["report.html", "report.md", "claims.csv"].map(String::from).into();
+    files.extend(sections.iter().flat_map(|section| section.files.clone()));
     let figures = sections.iter().flat_map(|section| &section.figures);
-    let drawn = figures.flat_map(|f| ["svg", "png"].map(|kind| format!("figures/{}.{kind}", f.file)));
-    files.into_iter().map(String::from).chain(drawn).chain(data.map(String::from)).collect()
+    files.extend(figures.flat_map(|f| ["svg", "png"].map(|kind| format!("figures/{}.{kind}", f.file))));
+    let data = ["summary.csv", "samples.csv", "steps.csv", "observations.csv", "fronts.csv"];
+    files.extend(data.into_iter().chain(["machine.json", "machine.csv"]).map(String::from));
+    files.retain(|file| file.starts_with("report.") || folder.join(file).is_file());
+    files
 }
 
 fn write_machine(machine: &Machine, folder: &Path) -> Result<()> {
@@ -285,7 +287,7 @@ fn page(measured: &Measured, judged: &[Judged], sections: Vec<Section>) -> Page 
             created_utc: info.created_utc.clone(),
             finished_utc: info.finished_utc.clone().unwrap_or_else(|| "unfinished".to_string()),
         },
-        claims: claims_view(judged),
+        claims: (!judged.is_empty()).then(|| claims_view(judged)),
         sections,
         machine,
     }

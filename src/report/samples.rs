@@ -280,8 +280,11 @@ pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<(
     write_csv(&folder.join("steps.csv"), &steps)
 }
 
-/// Writes rows with a header, whole or not at all.
+/// Writes rows with a header, whole or not at all; nothing where there are no rows, whose header nobody knows.
 pub fn write_csv<R: Serialize>(path: &Path, rows: &[R]) -> Result<()> {
+    if rows.is_empty() {
+        return Ok(());
+    }
     write_whole(path, &csv_bytes(rows)?).with_context(|| format!("cannot write {}", path.display()))
 }
 

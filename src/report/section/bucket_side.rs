@@ -6,7 +6,9 @@ use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Figure, Line, Marker, Panel, Scale, Series, XyPanel};
 use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
-use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, categories, how_measured, point};
+use crate::report::section::{
+    Content, LINKED_LIST, RELOCATED, automatic, categories, how_measured, point, side_by_side,
+};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show};
 
@@ -69,7 +71,7 @@ impl Sides<'_> {
             Series {
                 label: format!("{}, {}", if list { "list" } else { "relocated" }, cell.variant.distance_test),
                 color: if list { LINKED_LIST } else { RELOCATED },
-                line: if root { Line::Solid } else { Line::Dashed },
+                line: Line::None,
                 marker: match (list, root) {
                     (true, true) => Marker::Circle,
                     (true, false) => Marker::OpenCircle,
@@ -90,7 +92,7 @@ impl Sides<'_> {
                 title: String::new(),
                 x: categories("bucket side", &names),
                 y: automatic("ms a step outside CG", Scale::Linear),
-                series: self.rows().map(series).collect(),
+                series: side_by_side(self.rows().map(series).collect()),
                 marks: Vec::new(),
                 bands: Vec::new(),
             })],

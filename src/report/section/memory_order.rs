@@ -8,7 +8,9 @@ use crate::experiment::record::Stage;
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
 use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
 use crate::report::published::Published;
-use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, categories, how_measured, point};
+use crate::report::section::{
+    Content, LINKED_LIST, RELOCATED, automatic, categories, how_measured, point, side_by_side,
+};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show};
 
@@ -133,10 +135,10 @@ impl<'a> Orders<'a> {
     fn times_panel(&self, start_step: usize, names: &[String]) -> XyPanel {
         let gains = self.gains();
         let mut series = Vec::new();
-        for (test, [of_list, of_relocated], line) in [
-            ("sqrt", [Marker::Circle, Marker::Square], Line::Solid),
-            ("squared", [Marker::OpenCircle, Marker::OpenSquare], Line::Dashed),
-        ] {
+        for (test, [of_list, of_relocated]) in
+            [("sqrt", [Marker::Circle, Marker::Square]), ("squared", [Marker::OpenCircle, Marker::OpenSquare])]
+        {
+            let line = Line::None;
             let part = |value: fn(&Gain<'_>) -> Estimate| {
                 let of = gains.iter().filter(|g| g.start_step == start_step && g.test == test);
                 of.filter_map(|g| Some(point(place(names, g.order)?, value(g)))).collect()
@@ -163,7 +165,7 @@ impl<'a> Orders<'a> {
             title: format!("after step {start_step}"),
             x: categories("order in memory", names),
             y: automatic("ms a step outside CG", Scale::Linear),
-            series,
+            series: side_by_side(series),
             marks: Vec::new(),
             bands: Vec::new(),
         }
@@ -174,12 +176,12 @@ impl<'a> Orders<'a> {
         let mut series = Vec::new();
         let markers = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
         for (&(_, step), color) in self.states.iter().zip([3, 1, 2, 7]) {
-            for (test, line) in [("sqrt", Line::Solid), ("squared", Line::Dashed)] {
+            for test in ["sqrt", "squared"] {
                 let of = gains.iter().filter(|g| g.start_step == step && g.test == test);
                 series.push(Series {
                     label: format!("after step {step}, {test}"),
                     color,
-                    line,
+                    line: Line::None,
                     marker: markers[series.len() % markers.len()],
                     points: of.filter_map(|g| Some(point(place(names, g.order)?, g.ratio))).collect(),
                 });
@@ -189,7 +191,7 @@ impl<'a> Orders<'a> {
             title: "gain of relocation".to_string(),
             x: categories("order in memory", names),
             y: automatic("list / relocated", Scale::Linear),
-            series,
+            series: side_by_side(series),
             marks: vec![
                 Mark { label: String::new(), at: MarkAt::Y(1.0), color: 0 },
                 Mark { label: format!("paper: {paper}x"), at: MarkAt::Y(paper), color: 0 },

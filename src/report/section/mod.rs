@@ -17,7 +17,7 @@ use anyhow::Result;
 
 use crate::base::statistics::Estimate;
 use crate::experiment::record::Stage;
-use crate::report::chart::{Axis, Figure, Point, Scale};
+use crate::report::chart::{Axis, Figure, Point, Scale, Series};
 use crate::report::measured::Measured;
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, phases_view};
@@ -78,6 +78,17 @@ fn categories(label: &str, names: &[String]) -> Axis {
         range: Some((-0.5, names.len() as f64 - 0.5)),
         ticks: Some(names.iter().enumerate().map(|(k, name)| (k as f64, name.clone())).collect()),
     }
+}
+
+/// Series over categories, moved sideways a little so that their intervals stand side by side.
+fn side_by_side(mut series: Vec<Series>) -> Vec<Series> {
+    let middle = 0.5 * (series.len() as f64 - 1.0);
+    for (k, series) in series.iter_mut().enumerate() {
+        for point in &mut series.points {
+            point.x += 0.1 * (k as f64 - middle);
+        }
+    }
+    series
 }
 
 /// An estimate as a point of a series.
