@@ -7,9 +7,10 @@
 
 use crate::base::parallel::{FirstIndex, Rows};
 use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, is_finite, scale, sub};
+use crate::engine::effects::motion::take_over;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
-use crate::engine::particles::{Kind, Particles};
+use crate::engine::particles::Kind;
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Stage, State};
@@ -68,21 +69,6 @@ impl Collisions {
             }
         });
     }
-
-    fn take_effect<C: CandidateSearch>(&self, state: &mut State<C>) {
-        let Particles { kind, position, velocity, .. } = &mut state.particles;
-        let columns = (Rows::new(position), Rows::new(velocity));
-        state.workers.scheduled().fill(columns, |range, (position, velocity)| {
-            for (k, i) in range.enumerate() {
-                if kind[i] == Kind::Fluid {
-                    let change = sub(self.velocity_after[i], velocity[k]);
-                    position[k] = add_scaled(position[k], self.time_step_s, change);
-                    velocity[k] = self.velocity_after[i];
-                }
-            }
-        });
-        state.positions_changed();
-    }
 }
 
 impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for Collisions {
@@ -92,7 +78,7 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for Collisions {
         within(probe, Phase::Collision, || {
             self.collide::<C, T>(state, &broken);
             state.require_finite(&broken, Phase::Collision, "velocity")?;
-            self.take_effect(state);
+            take_over(&self.velocity_after, self.time_step_s, state);
             Ok(())
         })
     }

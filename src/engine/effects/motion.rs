@@ -1,7 +1,8 @@
-//! Motion of the fluid under the accelerations gathered so far: before the pressure is known, and after.
+//! Motion of the fluid: under the accelerations gathered so far, before the pressure is known and after, and to
+//! velocities that an impact gave.
 
 use crate::base::parallel::Rows;
-use crate::base::vec3::{ZERO, add_scaled};
+use crate::base::vec3::{Vec3, ZERO, add_scaled, sub};
 use crate::engine::error::SimulationError;
 use crate::engine::particles::{Kind, Particles};
 use crate::engine::phase::{Phase, Probe, within};
@@ -59,6 +60,23 @@ fn advance<C: CandidateSearch>(
                 motion(&mut position[k], &mut velocity[k], acceleration[k]);
             }
             acceleration[k] = ZERO;
+        }
+    });
+    state.positions_changed();
+}
+
+/// Gives every fluid particle the velocity it has after an impact, and moves it as if it had had it in this step:
+/// `x += (u_after - u) dt`, `u = u_after`.
+pub fn take_over<C: CandidateSearch>(velocity_after: &[Vec3], time_step_s: f64, state: &mut State<C>) {
+    let Particles { kind, position, velocity, .. } = &mut state.particles;
+    let columns = (Rows::new(position), Rows::new(velocity));
+    state.workers.scheduled().fill(columns, |range, (position, velocity)| {
+        for (k, i) in range.enumerate() {
+            if kind[i] == Kind::Fluid {
+                let change = sub(velocity_after[i], velocity[k]);
+                position[k] = add_scaled(position[k], time_step_s, change);
+                velocity[k] = velocity_after[i];
+            }
         }
     });
     state.positions_changed();
