@@ -49,7 +49,7 @@ fn the_engine_knows_no_file_no_clock_and_no_format() {
 #[test]
 fn no_search_knows_an_effect_and_no_effect_another() {
     none_of("engine/search", &["engine::effects", "engine::pressure"], "a search supplies candidates");
-    for name in ["gravity", "viscosity", "collision"] {
+    for name in ["gravity", "viscosity", "collision", "wall_contact"] {
         let own = format!("{name}.rs");
         for (path, text) in sources("engine/effects") {
             if path.ends_with(&own) || path.ends_with("mod.rs") {

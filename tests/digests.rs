@@ -4,7 +4,7 @@ mod common;
 
 use std::sync::Arc;
 
-use common::{Change, Run, dam_break, run_dam_break};
+use common::{Change, Run, dam_break, run_dam_break, run_scene};
 use repro::base::parallel::Workers;
 use repro::engine::diagnostics::digest;
 use repro::engine::particles::InitialParticle;
@@ -13,11 +13,18 @@ use repro::engine::preset::{Options, Preset, Test};
 use repro::engine::pressure::conjugate_gradient::CgMode;
 use repro::engine::pressure::matrix::Storage;
 use repro::engine::simulation::{self, Start};
+use repro::scene::library;
 
 const L0: f64 = 0.0375;
 /// After the impact on the far wall: spray, mixed order in memory.
 const LATE_STEP: usize = 240;
 const STEPS: usize = 12;
+
+const WALLS_THAT_HOLD: [&str; 3] = [
+    "effects.wall_contact.height=0.7",
+    "effects.wall_contact.reach=0.75",
+    "effects.pressure.kernel_floor=0.5",
+];
 
 fn plain(_: &mut Options) {}
 
@@ -90,6 +97,27 @@ fn a_covering_set_of_searches_threads_and_schedules_gives_the_same_bits() {
     ];
     for (preset, threads, schedule, change) in runs {
         let found = end_state(&state, preset, threads, schedule, change);
+        assert_eq!(found, expected, "{preset}, {threads} threads, {schedule}");
+    }
+}
+
+/// The optional parts of the scheme, through the impact on the far wall.
+#[test]
+fn wall_contact_and_a_kernel_floor_keep_to_the_same_bits() {
+    let sets = ["particle_distance_m=0.075"].iter().chain(&WALLS_THAT_HOLD).map(|set| set.to_string());
+    let scene = library::load("dam-break", &sets.collect::<Vec<_>>()).unwrap();
+    let run = |preset, threads, schedule, change| {
+        let run = Run { steps: 130, preset, threads, schedule, change, ..Run::default() };
+        digest(run_scene(&scene, &run).0.particles())
+    };
+    let expected = run("paper-linked-list", 1, "dynamic:64", plain);
+    let runs: [(&str, usize, &str, Change); 3] = [
+        ("paper-aos-relocation", 2, "dynamic:64", squared_csr),
+        ("paper-linked-list", 3, "guided:16", squared_csr),
+        ("paper-aos-relocation", 3, "rayon:7", plain),
+    ];
+    for (preset, threads, schedule, change) in runs {
+        let found = run(preset, threads, schedule, change);
         assert_eq!(found, expected, "{preset}, {threads} threads, {schedule}");
     }
 }

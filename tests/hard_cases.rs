@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::{Run, run_scene};
 use repro::base::parallel::Workers;
 use repro::base::vec3::{Vec3, add_scaled, is_finite, sub};
-use repro::engine::diagnostics::{FlowState, digest};
+use repro::engine::diagnostics::{FlowState, LeakWatch, digest};
 use repro::engine::error::SimulationError;
 use repro::engine::particles::{InitialParticle, Kind, Particles};
 use repro::engine::phase::{NoProbe, Phase, Probe};
@@ -180,6 +180,28 @@ fn a_drop_may_be_smaller_than_a_share_of_the_solver() {
     assert_eq!(run(3), alone);
 }
 
+/// The dam break with twice the paper's time step at twice its particle distance, where the textbook's walls leak.
+#[test]
+fn walls_with_contact_hold_the_dam_break() {
+    let scene = scene(
+        "dam-break",
+        &[
+            "particle_distance_m=0.0375",
+            "time_step_s=0.006",
+            "effects.wall_contact.height=0.7",
+            "effects.wall_contact.reach=0.75",
+            "effects.pressure.kernel_floor=0.5",
+        ],
+    );
+    let (initial, mut simulation) = start(&scene);
+    let mut watch = LeakWatch::new(&initial, scene.particle_distance_m);
+    for _ in 0..scene.steps() {
+        simulation.step(&mut NoProbe).unwrap();
+        watch.look(simulation.particles());
+    }
+    assert_eq!(watch.count(), 0);
+}
+
 /// Notes which phases there were.
 #[derive(Default)]
 struct Phases(Vec<Phase>);
@@ -225,6 +247,18 @@ fn no_viscosity_is_zero_viscosity_without_its_phase() {
     assert!(!phases.contains(&Phase::Viscosity) && phases_of_zero.contains(&Phase::Viscosity));
     assert_eq!(phases.len() + 1, phases_of_zero.len());
     assert!(without.bytes() <= zero.bytes(), "{} and {}", without.bytes(), zero.bytes());
+}
+
+#[test]
+fn no_wall_contact_is_contact_with_nobody_without_its_phase_and_columns() {
+    let (without, phases) = changed_dam_break(&[]);
+    let nowhere = ["effects.wall_contact.height=1e-9", "effects.wall_contact.reach=1e-9"];
+    let (nobody, phases_of_nobody) = changed_dam_break(&nowhere);
+    assert_same_flow(without.particles(), nobody.particles());
+    assert!(!phases.contains(&Phase::WallContact) && phases_of_nobody.contains(&Phase::WallContact));
+    assert_eq!(phases.len() + 1, phases_of_nobody.len());
+    let columns = 2 * size_of::<Vec3>() * without.particles().len();
+    assert_eq!(without.bytes() + columns, nobody.bytes());
 }
 
 #[test]

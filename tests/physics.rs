@@ -7,9 +7,11 @@ use std::sync::Arc;
 use common::{Run, dam_break, run_scene};
 use repro::base::parallel::{Schedule, Workers};
 use repro::base::vec3::{Vec3, add_scaled, dot, scale, sub};
+use repro::engine::diagnostics::LeakWatch;
 use repro::engine::effects::collision::Collision;
 use repro::engine::effects::gravity::Gravity;
 use repro::engine::effects::viscosity::Viscosity;
+use repro::engine::effects::wall_contact::WallContact;
 use repro::engine::error::SimulationError;
 use repro::engine::kernel::Reference;
 use repro::engine::parameters::{Domain, Effects, Parameters, Radii};
@@ -173,6 +175,74 @@ fn two_equal_particles_collide_with_the_stated_restitution() {
     let after = &simulation.particles().velocity;
     // s = 2 m/s of approach, of which each takes (1 + e) / 2 off: they part with e times the approach.
     assert!((after[0][0] + 0.2).abs() < 1e-15 && (after[1][0] - 0.2).abs() < 1e-15, "{after:?}");
+}
+
+/// The solid particles of a box whose inner lattice sites run from 1 to `inside`: two layers of wall, two of dummy wall.
+fn walled_box(inside: i32) -> Vec<InitialParticle> {
+    let axis = || -3..=inside + 4;
+    let sites = axis().flat_map(|x| axis().flat_map(move |y| axis().map(move |z| [x, y, z])));
+    let depth = |site: [i32; 3]| site.into_iter().map(|c| (1 - c).max(c - inside)).max().unwrap();
+    let kind = |site| match depth(site) {
+        ..=0 => None,
+        1..=2 => Some(Kind::Wall),
+        _ => Some(Kind::DummyWall),
+    };
+    let place = |site: [i32; 3]| Some(InitialParticle::at_rest(kind(site)?, site.map(|c| L0 * f64::from(c))));
+    sites.filter_map(place).collect()
+}
+
+/// The velocity of a fluid particle at `place`, in particle distances, one step after it had `velocity` in a walled box.
+fn after_contact(place: Vec3, velocity: Vec3) -> Vec3 {
+    let mut particles = walled_box(9);
+    particles.push(fluid(scale(L0, place), velocity));
+    let wall_contact = Some(WallContact { height: 0.7, reach: 0.75 });
+    let mut simulation = build(Effects { wall_contact, ..Effects::default() }, &particles);
+    simulation.step(&mut NoProbe).unwrap();
+    let (found, last) = (simulation.particles(), particles.len() - 1);
+    let moved = sub(found.position[last], particles[last].position);
+    let expected = scale(DT, found.velocity[last]);
+    assert!(sub(moved, expected).into_iter().all(|c| c.abs() < 1e-15), "it moves as it ends up");
+    found.velocity[last]
+}
+
+#[test]
+fn a_wall_takes_off_the_velocity_into_its_plane_and_no_other() {
+    // In the middle of a floor, above the hole between four of its particles and above one of them.
+    for [x, z] in [[5.5, 4.5], [5.0, 5.0], [5.3, 4.9]] {
+        let touched = after_contact([x, 0.65, z], [1.0, -2.0, 0.5]);
+        let off = sub(touched, [1.0, 0.0, 0.5]);
+        assert!(off.into_iter().all(|c| c.abs() < 1e-12), "{touched:?} at {x} {z}");
+        for (height, vertical) in [(0.65, 2.0), (0.75, -2.0), (-0.3, 1.0)] {
+            let free = [1.0, vertical, 0.5];
+            assert_eq!(after_contact([x, height, z], free), free, "nothing to stop at {height}");
+        }
+        assert!(after_contact([x, -0.3, z], [0.0, -1.0, 0.0])[1].abs() < 1e-12, "it gets no deeper");
+    }
+}
+
+/// Particles that feel nothing but the walls, shot in all directions at up to a particle distance a step.
+fn leaks_of_shots(effects: Effects) -> usize {
+    let mut particles = walled_box(5);
+    let mut random = fastrand::Rng::with_seed(1);
+    for _ in 0..400 {
+        let place = [0; 3].map(|_| L0 * (1.0 + 4.0 * random.f64()));
+        let velocity = [0; 3].map(|_| 0.57 * L0 / DT * (2.0 * random.f64() - 1.0));
+        particles.push(fluid(place, velocity));
+    }
+    let mut watch = LeakWatch::new(&particles, L0);
+    let mut simulation = build(effects, &particles);
+    for _ in 0..100 {
+        simulation.step(&mut NoProbe).unwrap();
+        watch.look(simulation.particles());
+    }
+    watch.count()
+}
+
+#[test]
+fn walls_edges_and_corners_hold_what_is_shot_at_them() {
+    assert!(leaks_of_shots(Effects::default()) > 300, "nothing holds them without contact");
+    let wall_contact = Some(WallContact { height: 0.7, reach: 0.75 });
+    assert_eq!(leaks_of_shots(Effects { wall_contact, ..Effects::default() }), 0);
 }
 
 #[test]

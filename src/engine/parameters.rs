@@ -1,7 +1,10 @@
 //! The constants of a simulation, as data: what a scene says about the fluid, the scheme and its effects.
 
 use crate::base::vec3::Vec3;
-use crate::engine::effects::{collision::Collision, gravity::Gravity, viscosity::Viscosity};
+use crate::engine::effects::collision::Collision;
+use crate::engine::effects::gravity::Gravity;
+use crate::engine::effects::viscosity::Viscosity;
+use crate::engine::effects::wall_contact::WallContact;
 use crate::engine::kernel::Reference;
 use crate::engine::pressure::Pressure;
 
@@ -42,6 +45,7 @@ pub struct Effects {
     pub gravity: Option<Gravity>,
     pub viscosity: Option<Viscosity>,
     pub collision: Option<Collision>,
+    pub wall_contact: Option<WallContact>,
     pub pressure: Option<Pressure>,
 }
 
@@ -63,7 +67,9 @@ impl Parameters {
 
     /// The largest radius, metres: what the buckets around a particle must reach.
     pub fn largest_radius_m(&self) -> f64 {
-        self.number_density_radius_m().max(self.gradient_radius_m()).max(self.laplacian_radius_m())
+        let contact_m = self.effects.wall_contact.map_or(0.0, |c| c.radius() * self.particle_distance_m);
+        let radii = [self.number_density_radius_m(), self.gradient_radius_m(), self.laplacian_radius_m()];
+        radii.into_iter().fold(contact_m, f64::max)
     }
 
     /// The reference sums `n0` and `lambda` for a radius in metres.

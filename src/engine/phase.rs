@@ -9,6 +9,7 @@ pub enum Phase {
     Viscosity,
     Move,
     Collision,
+    WallContact,
     BucketBuild,
     Relocation,
     NumberDensity,
@@ -25,11 +26,12 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 16] = [
+    pub const ALL: [Phase; 17] = [
         Phase::Gravity,
         Phase::Viscosity,
         Phase::Move,
         Phase::Collision,
+        Phase::WallContact,
         Phase::BucketBuild,
         Phase::Relocation,
         Phase::NumberDensity,
@@ -50,6 +52,7 @@ impl Phase {
             Phase::Viscosity => "viscosity",
             Phase::Move => "move",
             Phase::Collision => "collision",
+            Phase::WallContact => "wall_contact",
             Phase::BucketBuild => "bucket_build",
             Phase::Relocation => "relocation",
             Phase::NumberDensity => "number_density",
@@ -71,6 +74,7 @@ impl Phase {
             self,
             Phase::Viscosity
                 | Phase::Collision
+                | Phase::WallContact
                 | Phase::NumberDensity
                 | Phase::Matrix
                 | Phase::Connectivity

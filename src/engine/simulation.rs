@@ -6,6 +6,7 @@ use crate::base::parallel::Workers;
 use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::motion::{Corrector, Predictor};
 use crate::engine::effects::viscosity::ExplicitViscosity;
+use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
@@ -37,6 +38,9 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     stages.push(Box::new(Predictor { time_step_s }));
     if let Some(collision) = effects.collision {
         stages.push(Box::new(Collisions::new(collision, parameters, state)));
+    }
+    if let Some(contact) = effects.wall_contact {
+        stages.push(Box::new(WallContacts::new(contact, parameters, state)));
     }
     if let Some(pressure) = effects.pressure {
         stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::base::input::{Check, InputError};
 use crate::base::vec3::Vec3;
-use crate::engine::effects::{collision, gravity, viscosity};
+use crate::engine::effects::{collision, gravity, viscosity, wall_contact};
 use crate::engine::parameters::{self, Domain, Effects, Parameters};
 use crate::engine::particles::InitialParticle;
 use crate::engine::pressure;
@@ -70,6 +70,7 @@ pub struct EffectsSpec {
     pub gravity: Option<GravitySpec>,
     pub viscosity: Option<ViscositySpec>,
     pub collision: Option<CollisionSpec>,
+    pub wall_contact: Option<WallContactSpec>,
     pub pressure: Option<PressureSpec>,
 }
 
@@ -91,6 +92,14 @@ pub struct CollisionSpec {
     /// In particle distances.
     pub distance: f64,
     pub restitution: f64,
+}
+
+/// In particle distances.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WallContactSpec {
+    pub height: f64,
+    pub reach: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -220,7 +229,7 @@ impl Scene {
 
 impl EffectsSpec {
     /// The keys of the fields above: what a scene may name, and switch off.
-    const NAMES: [&'static str; 4] = ["gravity", "viscosity", "collision", "pressure"];
+    const NAMES: [&'static str; 5] = ["gravity", "viscosity", "collision", "wall_contact", "pressure"];
 
     fn check(&self, check: Check<'_>) -> Result<(), InputError> {
         if let Some(gravity) = &self.gravity {
@@ -254,6 +263,17 @@ impl EffectsSpec {
                 restitution,
                 "allowed are numbers from 0 to 1",
             )?;
+        }
+        if let Some(contact) = &self.wall_contact {
+            for (name, value) in [("height", contact.height), ("reach", contact.reach)] {
+                let key = format!("effects.wall_contact.{name}");
+                check.require(
+                    value > 0.0 && value < 1.5,
+                    &key,
+                    value,
+                    "allowed are numbers between 0 and 1.5",
+                )?;
+            }
         }
         if let Some(pressure) = &self.pressure {
             let (key, threshold) = ("effects.pressure.surface_threshold", pressure.surface_threshold);
@@ -297,6 +317,10 @@ impl EffectsSpec {
                 .collision
                 .as_ref()
                 .map(|c| collision::Collision { distance: c.distance, restitution: c.restitution }),
+            wall_contact: self
+                .wall_contact
+                .as_ref()
+                .map(|c| wall_contact::WallContact { height: c.height, reach: c.reach }),
             pressure: self.pressure.as_ref().map(|p| pressure::Pressure {
                 surface_threshold: p.surface_threshold,
                 source_relaxation: p.source_relaxation,
@@ -479,6 +503,24 @@ mod tests {
                 &format!("{REGION}{pressure}"),
                 &[&set],
                 &["effects.pressure.kernel_floor", "above 0 up to 1"],
+            );
+        }
+    }
+
+    #[test]
+    fn impossible_wall_contacts_are_refused() {
+        let set = |height: &str, reach: &str| {
+            [format!("effects.wall_contact.height={height}"), format!("effects.wall_contact.reach={reach}")]
+        };
+        let contact = |[height, reach]: [String; 2]| parse(REGION, &[&height, &reach]);
+        assert!(contact(set("0.7", "0.75")).unwrap().effects.to_engine().wall_contact.is_some());
+        for (sets, key) in
+            [(set("0", "0.75"), "height"), (set("0.7", "1.5"), "reach"), (set("nan", "1"), "height")]
+        {
+            let text = contact(sets).unwrap_err().to_string();
+            assert!(
+                text.contains(&format!("effects.wall_contact.{key}")) && text.contains("0 and 1.5"),
+                "{text}"
             );
         }
     }

@@ -4,3 +4,4 @@ pub mod collision;
 pub mod gravity;
 pub mod motion;
 pub mod viscosity;
+pub mod wall_contact;
