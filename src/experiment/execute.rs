@@ -91,12 +91,15 @@ impl Execution<'_> {
         })
     }
 
-    /// Takes the digests of whole runs as known for everything that follows.
+    /// Takes the digests of whole runs as known for everything that follows, if they are of the states' own answer.
     fn remember(&mut self, planned: &PlannedTrial, trial: &TrialRecord, round: &PlannedRound) {
         let Work::Timed(timed) = &planned.work else {
             return;
         };
-        let (place, _) = self.states_of(timed, round);
+        let (place, states) = self.states_of(timed, round);
+        if !timed.variants.iter().all(|variant| variant.has_answer_of(&states.variant())) {
+            return;
+        }
         for StateDigest { step, digest } in trial.outcome.iter().flat_map(|outcome| &outcome.passed) {
             self.known[place].entry(*step).or_insert_with(|| digest.clone());
         }

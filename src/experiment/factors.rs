@@ -39,8 +39,9 @@ pub struct Factors {
     pub cg: Vec<String>,
     #[serde(default)]
     pub cg_tolerance: Vec<f64>,
+    /// Ids of the experiment's schemes: changes to the scene that variants of one group differ by.
     #[serde(default)]
-    pub scene_change: Vec<String>,
+    pub scheme: Vec<String>,
 }
 
 /// A number of threads.
@@ -68,7 +69,8 @@ impl Threads {
 }
 
 impl Factors {
-    pub(super) fn check(&self, check: Check<'_>, key: &str, fixed: &Variant) -> Result<(), InputError> {
+    /// Checks the lists, and `variants`, which are what they come to.
+    pub(super) fn check(&self, check: Check<'_>, key: &str, variants: &[Variant]) -> Result<(), InputError> {
         let key = |name: &str| format!("{key}.{name}");
         check_list(check, &key("threads"), &self.threads, false)?;
         for threads in &self.threads {
@@ -84,14 +86,14 @@ impl Factors {
             ("storage", &self.storage),
             ("schedule", &self.schedule),
             ("cg", &self.cg),
-            ("scene_change", &self.scene_change),
+            ("scheme", &self.scheme),
         ];
         for (name, list) in lists {
             check_list(check, &key(name), list, true)?;
         }
         check_list(check, &key("buckets_per_radius"), &self.buckets_per_radius, true)?;
         check_list(check, &key("cg_tolerance"), &self.cg_tolerance, true)?;
-        for variant in self.variants(fixed) {
+        for variant in variants {
             let search = variant.options(check.file)?.search;
             let allowed = "its sums run in another order, so its end state differs from the other searches'";
             check.require(search != Search::BruteForce, &key("preset"), &variant.preset, allowed)?;
@@ -100,9 +102,9 @@ impl Factors {
     }
 
     /// The ways to compute a step that the group compares.
-    pub fn variants(&self, fixed: &Variant) -> Vec<Variant> {
+    pub(super) fn variants(&self, fixed: &Variant) -> Vec<Variant> {
         let mut variants = vec![fixed.clone()];
-        vary(&mut variants, &self.scene_change, |v| &mut v.scene_change);
+        vary(&mut variants, &self.scheme, |v| &mut v.scheme);
         vary(&mut variants, &self.cg_tolerance, |v| &mut v.cg_tolerance);
         vary(&mut variants, &self.cg, |v| &mut v.cg);
         vary(&mut variants, &self.storage, |v| &mut v.storage);

@@ -18,7 +18,7 @@ use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Kind, Particles};
 use crate::engine::phase::NoProbe;
-use crate::engine::simulation::{self, Start, StepReport};
+use crate::engine::simulation::{self, Simulation, Start, StepReport};
 use crate::experiment::interrupt;
 use crate::experiment::plan::pin_order;
 use crate::experiment::quantity::Quantity;
@@ -41,7 +41,7 @@ pub struct ObserveRequest {
 
 /// Simulates the scene and looks after every step.
 pub fn run(request: &ObserveRequest) -> Result<Observation> {
-    let sets = [&request.sets[..], &request.variant.scene_changes()].concat();
+    let sets = [&request.sets[..], &request.variant.scene_changes].concat();
     let scene = library::load(&request.scene, &sets)?;
     let initial = scene.particles(&request.scene)?;
     let (parameters, options) = (scene.parameters(&initial), request.variant.options("trial")?);
@@ -50,6 +50,8 @@ pub fn run(request: &ObserveRequest) -> Result<Observation> {
     let initial = request.variant.memory_order("trial")?.arrange(&initial, &parameters)?;
     let start = Start { particles: &initial, steps_done: 0 };
     let mut simulation = simulation::build(&parameters, &options, start, workers)?;
+    let bytes = |simulation: &dyn Simulation| simulation.bytes() as f64 / initial.len() as f64;
+    let column_bytes = bytes(&*simulation);
     let mut watch = Watch::new(&initial, &parameters, scene.steps());
     let (mut stepping_s, mut error) = (0.0, None);
     for _ in 0..scene.steps() {
@@ -66,7 +68,8 @@ pub fn run(request: &ObserveRequest) -> Result<Observation> {
         }
     }
     let mut quantities = watch.quantities();
-    quantities.insert(Quantity::BytesPerParticle, simulation.bytes() as f64 / initial.len() as f64);
+    quantities.insert(Quantity::ColumnBytes, column_bytes);
+    quantities.insert(Quantity::BytesPerParticle, bytes(&*simulation));
     Ok(Observation {
         threads_observed,
         particles: initial.len(),

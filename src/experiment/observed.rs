@@ -68,10 +68,16 @@ impl Criterion {
     }
 
     pub fn in_words(&self) -> String {
-        let bound = |bound: Option<f64>, words: &str| bound.map(|b| format!("{words} {b}"));
-        let bounds = [bound(self.at_least, "at least"), bound(self.at_most, "at most")];
-        let words: Vec<String> = bounds.into_iter().flatten().collect();
-        format!("{} {}", self.quantity.in_words(), words.join(" and "))
+        let shown = |b: f64| if b != 0.0 && b.abs() < 1e-3 { format!("{b:e}") } else { b.to_string() };
+        let bound = match (self.at_least, self.at_most) {
+            (Some(least), Some(most)) if least == most => format!("exactly {}", shown(least)),
+            (Some(least), Some(most)) => format!("from {} to {}", shown(least), shown(most)),
+            (Some(least), None) => format!("at least {}", shown(least)),
+            (None, Some(0.0)) => "none".to_string(),
+            (None, Some(most)) => format!("at most {}", shown(most)),
+            (None, None) => "any".to_string(),
+        };
+        format!("{}: {bound}", self.quantity.in_words())
     }
 }
 

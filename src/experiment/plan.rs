@@ -217,9 +217,9 @@ impl Group {
         let measurement = spec.measurement(mode);
         let sets = scene_sets([&measurement.scene, &factors.scene]);
         let scene = library::load(&spec.scene, &sets)?;
-        let variants = factors.variants(&spec.fixed);
+        let variants = spec.variants(factors);
         for variant in &variants {
-            library::load(&spec.scene, &[&sets[..], &variant.scene_changes()].concat())?;
+            library::load(&spec.scene, &[&sets[..], &variant.scene_changes].concat())?;
         }
         scene.require_memory(&spec.scene, variants.len(), memory::available_bytes())?;
         let particles = scene.particles(&spec.scene)?.len();
@@ -247,7 +247,7 @@ impl Group {
 
 impl PlannedRun {
     fn new(run: ObservedRun) -> Result<Self, InputError> {
-        let sets = [&run.sets[..], &run.variant.scene_changes()].concat();
+        let sets = [&run.sets[..], &run.variant.scene_changes].concat();
         let scene = library::load(&run.scene, &sets)?;
         scene.require_memory(&run.scene, 1, memory::available_bytes())?;
         Ok(PlannedRun { particles: scene.particles(&run.scene)?.len(), scene, run })
@@ -289,8 +289,12 @@ impl RoundPlanner<'_> {
             if group.windows.is_empty() || std::mem::replace(&mut left[group.states], true) {
                 continue;
             }
-            let of_group = |trial: &&mut PlannedTrial| matches!(&trial.work, Work::Timed(t) if t.group == k);
-            let first = rounds.first_mut().and_then(|round| round.trials.iter_mut().find(of_group));
+            let answer = self.states[group.states].variant();
+            let can_save = |trial: &&mut PlannedTrial| match &trial.work {
+                Work::Timed(timed) => timed.group == k && timed.variants[0].has_answer_of(&answer),
+                Work::Observed(_) => false,
+            };
+            let first = rounds.first_mut().and_then(|round| round.trials.iter_mut().find(can_save));
             match first.map(|trial| &mut trial.work) {
                 Some(Work::Timed(timed)) => timed.saves_states = true,
                 _ => rounds.push(self.states(k, usable_threads)),

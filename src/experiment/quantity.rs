@@ -24,6 +24,7 @@ pub enum Quantity {
     FallError,
     ShapeChange,
     CgIterations,
+    ColumnBytes,
     BytesPerParticle,
 }
 
@@ -49,6 +50,7 @@ impl Quantity {
             Quantity::FallError => "fall_error",
             Quantity::ShapeChange => "shape_change",
             Quantity::CgIterations => "cg_iterations",
+            Quantity::ColumnBytes => "column_bytes",
             Quantity::BytesPerParticle => "bytes_per_particle",
         }
     }
@@ -67,7 +69,7 @@ impl Quantity {
             Quantity::FallError => "of the way fallen",
             Quantity::ShapeChange => "particle distances",
             Quantity::CgIterations => "1/step",
-            Quantity::BytesPerParticle => "B",
+            Quantity::ColumnBytes | Quantity::BytesPerParticle => "B/particle",
         }
     }
 
@@ -92,7 +94,8 @@ impl Quantity {
             Quantity::FallError => "distance of the centre of mass from its free fall",
             Quantity::ShapeChange => "largest displacement against the centre of mass, in particle distances",
             Quantity::CgIterations => "CG iterations a step",
-            Quantity::BytesPerParticle => "bytes a particle",
+            Quantity::ColumnBytes => "bytes of columns a particle, before the first step",
+            Quantity::BytesPerParticle => "bytes a particle at the end, the matrix included",
         }
     }
 }

@@ -35,8 +35,10 @@ pub struct Variant {
     /// `serial` or `parallel`.
     pub cg: String,
     pub cg_tolerance: f64,
-    /// Changes `key=value` to the scene, separated by `;`, that this variant alone computes with.
-    pub scene_change: String,
+    /// The id of the scheme that the scene is changed by; empty for the scene as it is.
+    pub scheme: String,
+    /// What that scheme changes, as `key=value`.
+    pub scene_changes: Vec<String>,
 }
 
 /// The paper's settings or, where it is silent, those that ARCHITECTURE.md gives reasons for.
@@ -51,7 +53,8 @@ impl Default for Variant {
             schedule: "dynamic:64".to_string(),
             cg: "parallel".to_string(),
             cg_tolerance: CgParams::DEFAULT_TOLERANCE,
-            scene_change: String::new(),
+            scheme: String::new(),
+            scene_changes: Vec::new(),
         }
     }
 }
@@ -89,12 +92,6 @@ impl Variant {
         self.memory_order.parse().map_err(|e: String| InputError::new(file, "memory_order", "not usable", e))
     }
 
-    /// The changes to the scene, one each.
-    pub fn scene_changes(&self) -> Vec<String> {
-        let changes = self.scene_change.split(';').map(str::trim);
-        changes.filter(|change| !change.is_empty()).map(String::from).collect()
-    }
-
     /// The short name in tables and cell names: what differs from the paper's settings, beside preset and distance test.
     pub fn label(&self) -> String {
         let usual = Variant::default();
@@ -110,7 +107,7 @@ impl Variant {
             ("storage", &self.storage, &usual.storage),
             ("schedule", &self.schedule, &usual.schedule),
             ("cg", &self.cg, &usual.cg),
-            ("scene", &self.scene_change, &usual.scene_change),
+            ("scheme", &self.scheme, &usual.scheme),
         ];
         let differing = named.into_iter().filter(|(_, value, usual)| value != usual);
         parts.extend(differing.map(|(name, value, _)| format!("{name}={value}")));
@@ -120,7 +117,7 @@ impl Variant {
     /// Whether two variants must end in the same state, to the last bit, if they start from the same one.
     pub fn has_answer_of(&self, other: &Variant) -> bool {
         let answer = |v: &Variant| {
-            (v.cg_tolerance.to_bits(), v.buckets_per_radius, v.memory_order.clone(), v.scene_change.clone())
+            (v.cg_tolerance.to_bits(), v.buckets_per_radius, v.memory_order.clone(), v.scene_changes.clone())
         };
         answer(self) == answer(other)
     }

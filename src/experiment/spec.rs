@@ -163,7 +163,13 @@ impl Experiment {
         check.require(matches!(pin, "off" | "close" | "spread"), "pin", pin, allowed)?;
         self.fixed.options(file)?;
         for (k, factors) in self.factors.iter().enumerate() {
-            factors.check(check, &format!("factors[{k}]"), &self.fixed)?;
+            let key = format!("factors[{k}]");
+            factors.check(check, &key, &self.variants(factors))?;
+            for id in &factors.scheme {
+                let known = self.scheme.iter().any(|scheme| scheme.id == *id);
+                let allowed = "allowed are ids of a `[[scheme]]`";
+                check.require(known, &format!("{key}.scheme"), format!("`{id}`"), allowed)?;
+            }
         }
         for (k, case) in self.case.iter().enumerate() {
             case.check(check, &format!("case[{k}]"), &self.scheme)?;
@@ -208,7 +214,7 @@ impl Experiment {
         check_list(check, "case.id", &ids, ids.is_empty())?;
         let tests = measurement.whole.iter().flat_map(|whole| whole.distance_test.iter().flatten());
         for test in tests {
-            let known = self.groups(mode).flat_map(|group| group.variants(&self.fixed));
+            let known = self.groups(mode).flat_map(|group| self.variants(group));
             let known = known.into_iter().any(|variant| variant.distance_test == *test);
             let allowed = "allowed are distance tests of the factors";
             check.require(known, &key("whole.distance_test"), format!("`{test}`"), allowed)?;
@@ -227,6 +233,16 @@ impl Experiment {
     /// The groups of timed cells of a mode.
     pub fn groups(&self, mode: Mode) -> impl Iterator<Item = &Factors> {
         self.factors.iter().filter(move |group| group.modes.contains(&mode))
+    }
+
+    /// The ways to compute a step that a group compares.
+    pub fn variants(&self, group: &Factors) -> Vec<Variant> {
+        let mut variants = group.variants(&self.fixed);
+        for variant in &mut variants {
+            let scheme = self.scheme.iter().find(|scheme| scheme.id == variant.scheme);
+            variant.scene_changes.extend(scheme.map(|scheme| scene_sets([&scheme.set])).unwrap_or_default());
+        }
+        variants
     }
 
     /// Everything that a mode observes.

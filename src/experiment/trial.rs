@@ -153,7 +153,7 @@ impl Trial<'_> {
         particles: &[InitialParticle],
         steps_done: usize,
     ) -> Result<Runner> {
-        let sets = [&self.request.sets[..], &variant.scene_changes()].concat();
+        let sets = [&self.request.sets[..], &variant.scene_changes].concat();
         let parameters = library::load(&self.request.scene, &sets)?.parameters(self.initial);
         let options = variant.options("trial")?;
         let arranged = variant.memory_order("trial")?.arrange(particles, &parameters)?;

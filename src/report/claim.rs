@@ -309,7 +309,7 @@ mod tests {
             let groups = || experiment.groups(Mode::Default);
             for cell in std::iter::once(&claim.estimate.of).chain(&claim.estimate.over) {
                 let threads = groups().any(|group| group.thread_counts(1).contains(&cell.threads));
-                let variants = groups().flat_map(|group| group.variants(&experiment.fixed));
+                let variants = groups().flat_map(|group| experiment.variants(group));
                 let known = |v: Variant| v.preset == cell.preset && v.distance_test == cell.distance_test;
                 assert!(threads && variants.into_iter().any(known), "{}", claim.id);
             }

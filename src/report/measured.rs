@@ -189,7 +189,7 @@ impl Measured {
         };
         for group in spec.groups(self.info.mode) {
             for threads in group.thread_counts(self.info.usable_threads) {
-                let variants = group.variants(&spec.fixed).into_iter();
+                let variants = spec.variants(group).into_iter();
                 let subject = &group.name;
                 cells.extend(variants.map(|variant| TimedCell {
                     subject: subject.clone(),
@@ -224,11 +224,10 @@ impl Measured {
 
     /// What stands on every page and figure of a quick run.
     pub fn stamp(&self) -> Option<String> {
-        let scene = match self.particles() {
-            Some(count) => format!("{count} particles, the paper has {}", Published::load().particles),
-            None => "nothing measured".to_string(),
-        };
-        (self.info.mode == Mode::Quick).then(|| format!("quick: not for citation ({scene})"))
+        let scene = self.particles().map_or(String::new(), |count| {
+            format!(" ({count} particles, the paper has {})", Published::load().particles)
+        });
+        (self.info.mode == Mode::Quick).then(|| format!("quick: not for citation{scene}"))
     }
 
     /// The number of rounds of a stage in which every trial succeeded.

@@ -34,7 +34,7 @@ pub struct SampleRow {
     pub chunk: Option<usize>,
     pub cg: String,
     pub cg_tolerance: f64,
-    pub scene_change: String,
+    pub scheme: String,
     pub threads_requested: usize,
     pub threads_observed: Option<usize>,
     pub particles: Option<usize>,
@@ -107,7 +107,7 @@ fn not_applicable(measured: &Measured, experiment: &Experiment) -> Vec<SampleRow
     let mut rows = Vec::new();
     for group in experiment.groups(measured.info.mode) {
         for threads in group.thread_counts(there).into_iter().filter(|&threads| threads > there) {
-            for variant in group.variants(&experiment.fixed) {
+            for variant in experiment.variants(group) {
                 let cell = TimedCell { subject: group.name.clone(), threads, variant };
                 rows.push(SampleRow {
                     phase: "total".to_string(),
@@ -142,7 +142,7 @@ fn empty_row(measured: &Measured, experiment: &str, stage: Stage, cell: &TimedCe
         schedule: variant.schedule.clone(),
         cg: variant.cg.clone(),
         cg_tolerance: variant.cg_tolerance,
-        scene_change: variant.scene_change.clone(),
+        scheme: variant.scheme.clone(),
         threads_requested: cell.threads,
         threads_observed: None,
         particles: None,

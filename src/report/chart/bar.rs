@@ -85,7 +85,13 @@ pub(super) fn draw(canvas: &Canvas, panel: &BarPanel, area: Area) -> Result<()> 
     if !bars(panel).any(has_value) {
         frame::draw_no_data(canvas, plot)?;
     }
-    let stand = Stand { y: &y, plot, slots: &slots, shows_totals: totals_fit(panel, slots.width) };
+    let stand = Stand {
+        y: &y,
+        plot,
+        slots: &slots,
+        shows_totals: totals_fit(panel, slots.width),
+        counts: bars(panel).flat_map(|bar| &bar.values).all(|value| value.fract() == 0.0),
+    };
     for (index, (bar, center)) in bars(panel).zip(&slots.centers).enumerate() {
         stand.draw_bar(canvas, bar, *center)?;
         labels.draw(canvas, index, *center, plot.bottom)?;
@@ -155,6 +161,8 @@ struct Stand<'p> {
     plot: Area,
     slots: &'p Slots,
     shows_totals: bool,
+    /// Whether all values are whole numbers, which need no digits behind the point.
+    counts: bool,
 }
 
 impl Stand<'_> {
@@ -188,7 +196,7 @@ impl Stand<'_> {
     /// Draws the sum of the values above the bar, on a white ground that keeps grid lines out of
     /// the digits.
     fn draw_total(&self, canvas: &Canvas, bar: &Bar, center: f64) -> Result<()> {
-        let text = axis::three_digits(total(bar));
+        let text = if self.counts { format!("{:.0}", total(bar)) } else { axis::three_digits(total(bar)) };
         let baseline = self.level(top(bar)) - 5.0;
         let reach = POINT_LABEL.width(&text) / 2.0 + 1.0;
         let (top, bottom) = (baseline - POINT_LABEL.cap_height() - 1.5, baseline + 1.5);

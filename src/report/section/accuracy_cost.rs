@@ -184,8 +184,10 @@ impl<'a> Judged<'a> {
         ] {
             let points: Vec<Point> =
                 self.points().filter(|(run, ..)| run.setting.knob == knob).map(at_time_and_error).collect();
-            let label = format!("{} varied", knob_name(knob));
-            let label = if knob == Knob::Baseline { "baseline".to_string() } else { label };
+            let label = match knob {
+                Knob::Baseline | Knob::Several => knob_name(knob).to_string(),
+                _ => format!("{} alone", knob_name(knob)),
+            };
             series.push(Series { label, color, line: Line::None, marker, points });
         }
         let bare = |(x, y): (f64, f64)| Point { x, y, low: None, high: None, label: None };
@@ -315,8 +317,14 @@ fn error_name(error: ErrorOf) -> &'static str {
     }
 }
 
+/// With digits behind the point only where there is something behind it.
 fn percent(share: f64) -> String {
-    format!("{:.2} %", 100.0 * share)
+    let percent = 100.0 * share;
+    if (percent - percent.round()).abs() < 1e-9 {
+        format!("{percent:.0} %")
+    } else {
+        format!("{percent:.2} %")
+    }
 }
 
 /// The front of Martin and Moyce's column.

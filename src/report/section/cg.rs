@@ -95,8 +95,7 @@ impl Solver<'_> {
         let usual = |cell: &&TimedCell| {
             cell.variant.cg_tolerance == self.measured.experiment(ID).map_or(0.0, |e| e.fixed.cg_tolerance)
         };
-        let [ell, csr] =
-            ["ell", "csr"].map(|storage| self.tolerances(storage).into_iter().find(|c| usual(&c)));
+        let [ell, csr] = ["ell", "csr"].map(|storage| self.tolerances(storage).into_iter().find(usual));
         let (ell, csr) = (ell?, csr?);
         let over = ratio(&self.of(ell, Quantity::Cg), &self.of(csr, Quantity::Cg))?;
         Some(format!(

@@ -55,15 +55,23 @@ impl Timings<'_> {
         let median = |cell: &&TimedCell| estimate(&self.of(cell)).map_or(f64::INFINITY, |e| e.median);
         let fastest = self.with_preset(preset).min_by(|a, b| median(a).total_cmp(&median(b)))?;
         let paper = self.with_preset(preset).find(|cell| cell.variant.schedule == PAPER)?;
-        let lost = ratio(&self.of(paper), &self.of(fastest))?;
-        let time = estimate(&self.of(fastest))?.scaled(1e3);
+        let over_fastest = |cell: &TimedCell| ratio(&self.of(cell), &self.of(fastest));
+        let tied = self.with_preset(preset).filter(|cell| {
+            let interval = over_fastest(cell).and_then(|ratio| ratio.interval);
+            *cell != fastest && interval.is_some_and(|interval| interval.low <= 1.0)
+        });
+        let tied: Vec<&str> = tied.map(|cell| cell.variant.schedule.as_str()).collect();
+        let tied = if tied.is_empty() { "none".to_string() } else { tied.join(", ") };
+        let lost = match paper == fastest {
+            true => "the paper's own".to_string(),
+            false => format!("the paper's {PAPER} takes {} times as long", show(&over_fastest(paper)?, 3)),
+        };
         Some(format!(
-            "{preset} on {} threads is fastest with {}: {} ms a step outside CG. The paper's {PAPER} takes {} times as \
-             long.",
+            "{preset} on {} threads is fastest with {}, {lost}: {} ms a step outside CG. Not resolved from the fastest: \
+             {tied}.",
             fastest.threads,
             fastest.variant.schedule,
-            show(&time, 1),
-            show(&lost, 3)
+            show(&estimate(&self.of(fastest))?.scaled(1e3), 1),
         ))
     }
 

@@ -6,10 +6,9 @@ use crate::base::statistics::Estimate;
 use crate::experiment::observed::Scheme;
 use crate::experiment::quantity::Quantity as Observed;
 use crate::experiment::record::{Observation, Stage};
-use crate::experiment::spec::scene_sets;
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
 use crate::report::measured::{Measured, Quantity, TimedCell, by_round, ratio};
-use crate::report::section::{Content, automatic, categories, how_measured, point};
+use crate::report::section::{Content, automatic, capital, categories, how_measured, point};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show};
 
@@ -37,8 +36,10 @@ struct Change {
     saved_ms: Estimate,
     /// Time with the change over time without.
     time_ratio: Estimate,
-    /// Bytes a particle that the change saves.
-    saved_bytes: f64,
+    /// Bytes of columns a particle that the change saves: what the effect declares.
+    saved_columns: Option<f64>,
+    /// The same at the end of the run from the start, the matrix included.
+    saved_bytes: Option<f64>,
     phases_gone: Vec<String>,
     phases_new: Vec<String>,
     front_m: Option<f64>,
@@ -50,37 +51,36 @@ struct Change {
 fn changes(measured: &Measured) -> Vec<Change> {
     let schemes = measured.experiment(ID).map(|e| e.scheme.as_slice()).unwrap_or_default();
     let cells = measured.cells(ID);
-    let Some(base) = cells.iter().find(|cell| cell.variant.scene_change.is_empty()) else {
+    let Some(base) = cells.iter().find(|cell| cell.variant.scene_changes.is_empty()) else {
         return Vec::new();
     };
     schemes.iter().filter_map(|scheme| change(measured, &cells, base, scheme)).collect()
 }
 
 fn change(measured: &Measured, cells: &[TimedCell], base: &TimedCell, scheme: &Scheme) -> Option<Change> {
-    let sets = scene_sets([&scheme.set]);
-    let same = |cell: &&TimedCell| {
-        let mut changes = cell.variant.scene_changes();
-        changes.sort();
-        changes == sets
-    };
-    let cell = cells.iter().filter(|cell| !cell.variant.scene_change.is_empty()).find(same)?;
+    let cell = cells.iter().filter(|cell| *cell != base).find(|cell| cell.variant.scheme == scheme.id)?;
     let per_step = |cell: &TimedCell| measured.per_step(ID, Stage::Paired, cell, Quantity::Total);
-    let saved = by_round(&per_step(base), &per_step(cell), |base, changed| 1e3 * (base - changed));
+    let saved_ms = by_round(&per_step(base), &per_step(cell), |base, changed| 1e3 * (base - changed));
     let (before, after) = (phases(measured, base), phases(measured, cell));
     let missing_in = |a: &[String], b: &[String]| a.iter().filter(|p| !b.contains(p)).cloned().collect();
     let seen = |id: &str| measured.observations(ID, &format!("dam-break/{id}")).into_iter().next();
-    let front = |o: &Observation| o.quantities.get(&Observed::FrontP99).copied();
-    let (as_is, changed) = (seen("all-named").and_then(front), seen(&scheme.id).and_then(front));
+    let both = |quantity: Observed| {
+        let of = |o: &Observation| o.quantities.get(&quantity).copied();
+        seen(&base.variant.scheme).and_then(of).zip(seen(&scheme.id).and_then(of))
+    };
+    let saved = |quantity| both(quantity).map(|(as_is, changed)| as_is - changed);
+    let front = both(Observed::FrontP99);
     Some(Change {
         id: scheme.id.clone(),
         title: scheme.title.clone(),
-        saved_ms: Estimate::of(&saved)?,
+        saved_ms: Estimate::of(&saved_ms)?,
         time_ratio: ratio(&per_step(cell), &per_step(base))?,
-        saved_bytes: bytes(measured, base)? - bytes(measured, cell)?,
+        saved_columns: saved(Observed::ColumnBytes),
+        saved_bytes: saved(Observed::BytesPerParticle),
         phases_gone: missing_in(&before, &after),
         phases_new: missing_in(&after, &before),
-        front_m: changed,
-        front_change_m: as_is.zip(changed).map(|(as_is, changed)| changed - as_is),
+        front_m: front.map(|(_, changed)| changed),
+        front_change_m: front.map(|(as_is, changed)| changed - as_is),
         seen: seen(&scheme.id).cloned(),
     })
 }
@@ -98,16 +98,6 @@ fn phases(measured: &Measured, cell: &TimedCell) -> Vec<String> {
     names
 }
 
-/// Bytes a particle of a variant's simulation.
-fn bytes(measured: &Measured, cell: &TimedCell) -> Option<f64> {
-    let trials = measured.trials(ID, Stage::Paired).map(|(_, trial)| trial);
-    let mut with_outcome = trials.filter_map(|trial| Some((trial, trial.outcome.as_ref()?)));
-    with_outcome.find_map(|(trial, outcome)| {
-        let place = trial.variants.iter().position(|variant| *variant == cell.variant)?;
-        Some(*outcome.bytes.get(place)? as f64 / outcome.particles as f64)
-    })
-}
-
 impl Change {
     fn in_words(&self) -> String {
         let phases = |verb: &str, names: &[String]| match names {
@@ -115,20 +105,24 @@ impl Change {
             names => format!("; {verb}: {}", names.join(", ")),
         };
         format!(
-            "{}: {} ms a step saved ({} of the time as named), {:.1} bytes a particle saved{}{}.",
+            "{}: {} ms a step saved ({} of the time as named), {} bytes of columns a particle saved{}{}.",
             capital(&self.title),
             show(&self.saved_ms, 2),
             show(&self.time_ratio, 3),
-            self.saved_bytes,
+            bytes(self.saved_columns),
             phases("phases gone", &self.phases_gone),
             phases("phases new", &self.phases_new)
         )
     }
 }
 
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+/// Bytes a particle, with a digit behind the point where they are no whole number.
+fn bytes(value: Option<f64>) -> String {
+    match value {
+        Some(value) if (value - value.round()).abs() < 1e-6 => format!("{value:.0}"),
+        Some(value) => format!("{value:.1}"),
+        None => "unknown".to_string(),
+    }
 }
 
 /// Whether leaving an effect out and setting it to zero give one answer.
@@ -136,19 +130,25 @@ fn equal_answers(changes: &[Change]) -> Vec<String> {
     let find = |id: &str| changes.iter().find(|change| change.id == id);
     let pair = |effect: &str| {
         let (without, zero) = (find(&format!("no-{effect}"))?, find(&format!("zero-{effect}"))?);
-        let difference = largest_difference(without.seen.as_ref()?, zero.seen.as_ref()?);
+        let difference = match largest_difference(without.seen.as_ref()?, zero.seen.as_ref()?) {
+            0.0 => "every number observed of the run is the same to the last bit".to_string(),
+            most => format!("no number observed of the run differs by more than {most:.1e} of itself"),
+        };
         let saved = without.saved_ms.median - zero.saved_ms.median;
         Some(format!(
-            "Without {effect} and with {effect} zero, no number observed of the run differs by more than {difference:.1e} \
-             of itself; leaving it out saves {saved:.2} ms a step more than setting it to zero."
+            "Without {effect} and with {effect} zero, {difference}; leaving it out saves {saved:.2} ms a step more than \
+             setting it to zero."
         ))
     };
     ["viscosity", "collision"].into_iter().filter_map(pair).collect()
 }
 
-/// The largest relative difference between two runs in any observed number but their memory.
+/// What is of a run's memory, not of its answer.
+const MEMORY: [Observed; 2] = [Observed::ColumnBytes, Observed::BytesPerParticle];
+
+/// The largest relative difference between two runs in any observed number of their answer.
 fn largest_difference(a: &Observation, b: &Observation) -> f64 {
-    let numbers = a.quantities.iter().filter(|(quantity, _)| **quantity != Observed::BytesPerParticle);
+    let numbers = a.quantities.iter().filter(|(quantity, _)| !MEMORY.contains(quantity));
     let differences = numbers.map(|(quantity, a)| match b.quantities.get(quantity) {
         Some(b) if a == b => 0.0,
         Some(b) => (a - b).abs() / a.abs().max(b.abs()),
@@ -159,19 +159,15 @@ fn largest_difference(a: &Observation, b: &Observation) -> f64 {
 }
 
 fn figure(measured: &Measured, changes: &[Change]) -> Figure {
-    let names: Vec<String> = changes.iter().map(|change| change.id.clone()).collect();
-    let points = changes.iter().enumerate().map(|(k, change)| point(k as f64, change.time_ratio)).collect();
-    Figure {
-        title: "What each effect costs".to_string(),
-        description: "Time of a step with one change to the scene's effects over the time of a step as the scene names \
-                      them, with 95 % intervals: below one the change saves time, above it costs."
-            .to_string(),
-        panels: vec![Panel::Xy(XyPanel {
-            title: String::new(),
+    let panel = |title: &str, shown: Vec<&Change>| {
+        let names: Vec<String> = shown.iter().map(|change| change.id.clone()).collect();
+        let points = shown.iter().enumerate().map(|(k, change)| point(k as f64, change.time_ratio)).collect();
+        Panel::Xy(XyPanel {
+            title: title.to_string(),
             x: categories("", &names),
             y: automatic("time with the change / as named", Scale::Linear),
             series: vec![Series {
-                label: "steps from early, middle and late states".to_string(),
+                label: "steps from early to late states".to_string(),
                 color: 5,
                 line: Line::None,
                 marker: Marker::Circle,
@@ -179,7 +175,16 @@ fn figure(measured: &Measured, changes: &[Change]) -> Figure {
             }],
             marks: vec![Mark { label: String::new(), at: MarkAt::Y(1.0), color: 0 }],
             bands: Vec::new(),
-        })],
+        })
+    };
+    let small = changes.iter().filter(|change| change.time_ratio.median > 0.5).collect();
+    Figure {
+        title: "What each effect costs".to_string(),
+        description: "Time of a step with one change to the scene's effects over the time of a step as the scene names \
+                      them, with 95 % intervals: below one the change saves time, above it costs. Right: the same \
+                      without changes that halve the time."
+            .to_string(),
+        panels: vec![panel("all changes", changes.iter().collect()), panel("the small ones", small)],
         note: measured.stamp(),
     }
 }
@@ -203,7 +208,8 @@ fn table(changes: &[Change]) -> TableView {
             change.title.clone(),
             show(&change.saved_ms, 2),
             show(&change.time_ratio, 3),
-            format!("{:.1}", change.saved_bytes),
+            bytes(change.saved_columns),
+            bytes(change.saved_bytes),
             metres(change.front_m),
             change.front_change_m.map_or("none".to_string(), |m| format!("{m:+.2e}")),
             change.seen.as_ref().map_or("failed".to_string(), |seen| seen.ended.clone()),

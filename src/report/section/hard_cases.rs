@@ -8,7 +8,7 @@ use crate::experiment::record::Observation;
 use crate::experiment::spec::Experiment;
 use crate::report::chart::{Bar, BarGroup, BarPanel, Figure, Panel};
 use crate::report::measured::Measured;
-use crate::report::section::Content;
+use crate::report::section::{Content, capital};
 use crate::report::summary::CellPhase;
 use crate::report::table::TableView;
 
@@ -26,7 +26,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     Ok(Content {
         findings,
         figures: vec![("hard-cases", figure(measured, experiment, &results))],
-        tables: vec![table(&results)],
+        tables: vec![table(experiment, &results)],
         ..Content::default()
     })
 }
@@ -104,28 +104,25 @@ fn short(value: f64) -> String {
     }
 }
 
+/// How many cases pass, and what the others fail.
 fn scheme_in_words(scheme: &Scheme, results: &[CaseResult<'_>]) -> Option<String> {
     let of_scheme: Vec<&CaseResult<'_>> = results.iter().filter(|r| r.scheme.id == scheme.id).collect();
     let failed: Vec<String> = of_scheme
         .iter()
         .filter(|result| !result.passes())
         .map(|result| {
-            let wrong: Vec<String> = result
-                .asked()
-                .iter()
-                .filter(|a| !a.holds)
-                .map(|a| format!("{} ({})", a.what, a.found))
-                .collect();
-            format!("{}: {}", result.case.title, wrong.join(", "))
+            let asked = result.asked();
+            let wrong = asked.iter().filter(|asked| !asked.holds);
+            let wrong: Vec<String> = wrong.map(|a| format!("{}, found {}", a.what, a.found)).collect();
+            format!("{} (asked: {})", result.case.title, wrong.join("; "))
         })
         .collect();
-    let passed = of_scheme.len() - failed.len();
-    let verdict = match failed.as_slice() {
-        [] => "all".to_string(),
-        failed => format!("{passed}; it fails {}", failed.join("; ")),
+    let (all, passed) = (of_scheme.len(), of_scheme.len() - failed.len());
+    let failures = match failed.as_slice() {
+        [] => String::new(),
+        failed => format!(" It fails {}.", failed.join(", and ")),
     };
-    (!of_scheme.is_empty())
-        .then(|| format!("{}: passes {verdict} of {} cases.", scheme.title, of_scheme.len()))
+    (all > 0).then(|| format!("{}: {passed} of {all} cases pass.{failures}", capital(&scheme.title)))
 }
 
 /// What stops the leaks, and what it costs.
@@ -143,7 +140,7 @@ fn cost(experiment: &Experiment, results: &[CaseResult<'_>]) -> Vec<String> {
         Some(format!(
             "{}: {:.0} of {:.0} fluid particles leak and {:.0} leave the domain; {}, {:.0} leak and {:.0} leave, at {:.2} \
              times the time a step (one run each).",
-            case.title,
+            capital(&case.title),
             before.quantity(Quantity::Leaks),
             before.quantity(Quantity::Fluid),
             before.quantity(Quantity::Left),
@@ -185,21 +182,37 @@ fn figure(measured: &Measured, experiment: &Experiment, results: &[CaseResult<'_
     }
 }
 
-fn table(results: &[CaseResult<'_>]) -> TableView {
+/// Rows are what a case asks, columns the schemes; the first row of a case is its verdict.
+fn table(experiment: &Experiment, results: &[CaseResult<'_>]) -> TableView {
     let mut view = TableView::new(
-        "Each case with each scheme, every number that means pass, and what was found.",
-        &["verdict", "case", "scheme", "asked", "found"],
+        "What each case asks, and what was found with each scheme: `holds` or `fails`, and the number.",
+        &["case", "asked"],
     );
-    for result in results {
-        for asked in result.asked() {
-            view.rows.push(vec![
-                if asked.holds { "holds" } else { "fails" }.to_string(),
-                result.case.title.clone(),
-                result.scheme.title.clone(),
-                asked.what,
-                asked.found,
-            ]);
+    view.header.extend(experiment.scheme.iter().map(|scheme| scheme.title.clone()));
+    for case in &experiment.case {
+        let of_case: Vec<Option<&CaseResult<'_>>> = experiment
+            .scheme
+            .iter()
+            .map(|scheme| results.iter().find(|r| r.case.id == case.id && r.scheme.id == scheme.id))
+            .collect();
+        let Some(first) = of_case.iter().flatten().next() else {
+            continue;
+        };
+        let row = |name: &str, what: String, cell: &dyn Fn(&CaseResult<'_>) -> String| {
+            let cells = of_case.iter().map(|result| result.map_or("not run".to_string(), cell));
+            [name.to_string(), what].into_iter().chain(cells).collect::<Vec<String>>()
+        };
+        view.rows.push(row(&case.title, "everything below".to_string(), &|result| verdict(result.passes())));
+        for (k, asked) in first.asked().into_iter().enumerate() {
+            view.rows.push(row("", asked.what, &|result| {
+                let asked = &result.asked()[k];
+                format!("{}: {}", verdict(asked.holds), asked.found)
+            }));
         }
     }
     view
+}
+
+fn verdict(holds: bool) -> String {
+    if holds { "holds" } else { "fails" }.to_string()
 }

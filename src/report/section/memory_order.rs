@@ -135,9 +135,10 @@ impl<'a> Orders<'a> {
     fn times_panel(&self, start_step: usize, names: &[String]) -> XyPanel {
         let gains = self.gains();
         let mut series = Vec::new();
-        for (test, [of_list, of_relocated]) in
-            [("sqrt", [Marker::Circle, Marker::Square]), ("squared", [Marker::OpenCircle, Marker::OpenSquare])]
-        {
+        for (test, [of_list, of_relocated]) in [
+            ("sqrt", [Marker::Circle, Marker::Square]),
+            ("squared", [Marker::OpenCircle, Marker::OpenSquare]),
+        ] {
             let line = Line::None;
             let part = |value: fn(&Gain<'_>) -> Estimate| {
                 let of = gains.iter().filter(|g| g.start_step == start_step && g.test == test);

@@ -102,6 +102,12 @@ fn point(x: f64, estimate: Estimate) -> Point {
     }
 }
 
+/// The text with its first letter as a capital.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// Which trials the numbers of an experiment are from.
 fn how_measured(measured: &Measured, id: &str) -> String {
     match measured.stage_for_tables(id) {
