@@ -106,7 +106,7 @@ fn a_killed_run_ends_like_an_uninterrupted_one() {
     assert!(rows.iter().any(|row| row[4] == "not_applicable"));
     assert!(rows.iter().all(|row| ["ok", "not_applicable", "completed"].contains(&row[4].as_str())));
     assert!(!killed.join("states").exists(), "states are removed when they are no longer needed");
-    for file in ["report.html", "report.md", "machine.json", "summary.csv", "steps.csv", "claims.csv"] {
+    for file in ["report.html", "report.md", "machine.json", "summary.csv", "steps.csv", "fronts.csv"] {
         assert!(killed.join(file).is_file(), "{file} is missing");
     }
 }
