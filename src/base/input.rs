@@ -23,6 +23,15 @@ impl InputError {
             allowed: allowed.to_string(),
         }
     }
+
+    /// The same error of a scene as an experiment changes it: there the user did not write `--set`.
+    pub fn in_experiment(mut self, experiment: &str) -> Self {
+        self.file = format!("experiment {experiment}, {}", self.file);
+        if self.key == "--set" {
+            self.key = "a change to the scene".to_string();
+        }
+        self
+    }
 }
 
 /// Checks the values of one file.

@@ -10,8 +10,8 @@ use crate::base::parallel::{MAX_THREADS, Schedule, Workers};
 use crate::engine::preset::{Options, Preset, Test};
 use crate::engine::pressure::conjugate_gradient::CgMode;
 use crate::engine::pressure::matrix::Storage;
-use crate::experiment::plan::pin_order;
-use crate::experiment::record::checked_tolerance;
+use crate::experiment::pinning::pin_order;
+use crate::experiment::record::{checked_buckets, checked_tolerance};
 
 #[derive(Debug, Args)]
 pub struct EngineOptions {
@@ -30,6 +30,9 @@ pub struct EngineOptions {
     /// How distances are compared: sqrt (the paper's) or squared [default: the preset's, sqrt]
     #[arg(long)]
     distance_test: Option<Test>,
+    /// Buckets side by side that are as long as the largest radius, 1 to 4: a walk visits 27, 125, 343 or 729
+    #[arg(long, default_value_t = 1)]
+    buckets_per_radius: usize,
     /// Matrix storage: ell or csr [default: the preset's, ell]
     #[arg(long)]
     storage: Option<Storage>,
@@ -64,6 +67,7 @@ impl EngineOptions {
         let mut options = self.preset.options();
         options.schedule = self.schedule.unwrap_or(options.schedule);
         options.distance_test = self.distance_test.unwrap_or(options.distance_test);
+        options.buckets_per_radius = checked_buckets("command line", self.buckets_per_radius)?;
         options.storage = self.storage.unwrap_or(options.storage);
         options.cg.mode = match self.cg {
             Cg::Serial => CgMode::Serial,

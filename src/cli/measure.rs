@@ -7,9 +7,10 @@ use anyhow::{Context, Result};
 use clap::Args;
 
 use crate::cli::Exit;
+use crate::experiment::calibration::Calibration;
 use crate::experiment::library;
 use crate::experiment::machine::Machine;
-use crate::experiment::plan::{Calibration, Plan};
+use crate::experiment::plan::Plan;
 use crate::experiment::run::{Existing, Run, default_folder};
 use crate::experiment::spec::{Experiment, Mode};
 use crate::report::claim::Verdict;

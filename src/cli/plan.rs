@@ -5,7 +5,8 @@ use clap::Args;
 
 use crate::cli::Exit;
 use crate::cli::measure::{ModeFlags, every_experiment, load};
-use crate::experiment::plan::{Calibration, Plan, PlannedRound, PlannedTrial};
+use crate::experiment::calibration::Calibration;
+use crate::experiment::plan::{Plan, PlannedRound, PlannedTrial};
 use crate::experiment::record::Stage;
 
 #[derive(Debug, Args)]

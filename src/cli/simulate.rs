@@ -11,7 +11,7 @@ use crate::base::files::is_leftover;
 use crate::base::input::InputError;
 use crate::cli::Exit;
 use crate::cli::engine_options::EngineOptions;
-use crate::engine::diagnostics::{FlowState, digest};
+use crate::engine::diagnostics::{FlowState, LeakWatch, digest};
 use crate::engine::particles::Kind;
 use crate::engine::simulation::{self, Simulation, Start, StepReport};
 use crate::experiment::timer::PhaseClock;
@@ -72,9 +72,10 @@ impl Simulate {
         let start = Start { particles: &particles, steps_done: 0 };
         let mut simulation = simulation::build(&scene.parameters(&particles), &options, start, workers)?;
         let mut clock = PhaseClock::default();
-        let (last, wall_s) = self.advance(&scene, &mut *simulation, &mut clock)?;
+        let mut leaks = LeakWatch::new(&particles, scene.particle_distance_m);
+        let (last, wall_s) = self.advance(&scene, &mut *simulation, &mut clock, &mut leaks)?;
         self.write_timings(&clock, last.step as u64, wall_s)?;
-        self.print(&*simulation, &last, wall_s)
+        self.print(&*simulation, &last, leaks.count(), wall_s)
     }
 
     /// Refuses outputs that cannot be written before any work is done.
@@ -101,6 +102,7 @@ impl Simulate {
         scene: &Scene,
         simulation: &mut dyn Simulation,
         clock: &mut PhaseClock,
+        leaks: &mut LeakWatch,
     ) -> Result<(StepReport, f64)> {
         let steps = self.steps.unwrap_or_else(|| scene.steps());
         let style = ProgressStyle::with_template("{bar:30} step {pos}/{len}, {eta} left")
@@ -113,6 +115,7 @@ impl Simulate {
             let began = std::time::Instant::now();
             last = simulation.step(clock)?;
             wall_s += began.elapsed().as_secs_f64();
+            leaks.look(simulation.particles());
             bar.inc(1);
             let due = step == steps || self.every.is_some_and(|k| step % k == 0);
             if let Some(folder) = self.output.as_ref().filter(|_| due) {
@@ -138,12 +141,19 @@ impl Simulate {
         write_csv(file, &rows)
     }
 
-    fn print(&self, simulation: &dyn Simulation, last: &StepReport, wall_s: f64) -> Result<Exit> {
+    fn print(
+        &self,
+        simulation: &dyn Simulation,
+        last: &StepReport,
+        leaks: usize,
+        wall_s: f64,
+    ) -> Result<Exit> {
         let particles = simulation.particles();
         let flow = FlowState::of(particles);
         let mut out = std::io::stdout().lock();
         let counts = Kind::ALL.map(|kind| format!("{} {}", particles.count(kind), kind.name()));
         writeln!(out, "particles {} ({})", particles.len(), counts.join(", "))?;
+        writeln!(out, "leaks {leaks}")?;
         writeln!(out, "steps {}", last.step)?;
         writeln!(out, "wall_s {wall_s:.3}")?;
         writeln!(out, "bytes_per_particle {:.0}", simulation.bytes() as f64 / particles.len() as f64)?;

@@ -46,7 +46,7 @@ pub struct Factors {
 
 /// A number of threads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a number of threads or \"all\"")]
 pub enum Threads {
     Count(usize),
     Named(NamedThreads),

@@ -4,18 +4,22 @@
 //! turns it into rounds of trials; `execute` runs them in child processes, each of which does what `trial` or `observe`
 //! says; `record` is what they leave behind, and `run` the folder that it is left in.
 
+pub mod calibration;
 pub mod execute;
 pub mod factors;
 pub mod interrupt;
+pub mod known;
 pub mod library;
 pub mod machine;
 pub mod memory;
 pub mod memory_order;
 pub mod observe;
 pub mod observed;
+pub mod pinning;
 pub mod plan;
 pub mod quantity;
 pub mod record;
+pub mod rounds;
 pub mod run;
 pub mod spec;
 pub mod states;

@@ -84,6 +84,10 @@ impl Criterion {
 impl Case {
     pub(super) fn check(&self, check: Check<'_>, key: &str, schemes: &[Scheme]) -> Result<(), InputError> {
         check_name(check, &format!("{key}.id"), &self.id)?;
+        check_list(check, &format!("{key}.modes"), &self.modes, false)?;
+        let both = self.must_end_with.is_some() && !self.pass.is_empty();
+        let allowed = "a run that must end with an error has no numbers to pass";
+        check.require(!both, &format!("{key}.pass"), self.pass.len(), allowed)?;
         for id in self.schemes.iter().flatten() {
             let known = schemes.iter().any(|scheme| scheme.id == *id);
             check.require(
@@ -100,6 +104,14 @@ impl Case {
             let bounded = criterion.at_least.is_some() || criterion.at_most.is_some();
             let quantity = criterion.quantity.name();
             check.require(bounded, &format!("{key}.pass"), quantity, "`at_least` or `at_most` is needed")?;
+            let (least, most) = (criterion.at_least, criterion.at_most);
+            let possible = least.zip(most).is_none_or(|(least, most)| least <= most);
+            check.require(
+                possible,
+                &format!("{key}.pass"),
+                quantity,
+                "`at_least` may not exceed `at_most`",
+            )?;
         }
         let known = ["coincident", "not_finite", "solver"];
         if let Some(error) = &self.must_end_with {

@@ -1,23 +1,19 @@
 //! From experiments to rounds of trials: which cells and runs, in which order, and how long it will take.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::base::input::{Check, InputError};
-use crate::base::parallel::Workers;
-use crate::engine::phase::NoProbe;
-use crate::engine::preset::Preset;
-use crate::engine::simulation::{self, Start};
+use crate::experiment::calibration::Calibration;
 use crate::experiment::factors::Factors;
 use crate::experiment::machine::{Topology, allowed_cpus};
 use crate::experiment::memory;
 use crate::experiment::observed::ObservedRun;
 use crate::experiment::record::{Stage, Variant, Window};
-use crate::experiment::spec::{Experiment, Mode, Paired, Whole, Windows, scene_sets};
-use crate::experiment::states::{States, StatesKey};
+use crate::experiment::rounds::RoundPlanner;
+use crate::experiment::spec::{Experiment, Mode, Paired, Windows, scene_sets};
+use crate::experiment::states::States;
 use crate::scene::{Scene, library};
 
 /// Everything a run will do, in order.
@@ -104,45 +100,6 @@ pub struct TimedWork {
     pub saves_states: bool,
 }
 
-/// Seconds that a particle takes in a step on this machine: measured, not assumed.
-#[derive(Debug, Clone, Copy)]
-pub struct Calibration {
-    pub s_per_particle_step: f64,
-}
-
-impl Calibration {
-    /// Times a few steps of a coarse dam break. A later, mixed state takes about a quarter longer than these.
-    pub fn measure() -> Result<Self> {
-        let scene = library::load("dam-break", &["particle_distance_m=0.0375".to_string()])?;
-        let particles = scene.particles("dam-break")?;
-        let options = Preset::PAPER_LINKED_LIST.options();
-        let workers = Arc::new(Workers::new(1, options.schedule, &[])?);
-        let start = Start { particles: &particles, steps_done: 0 };
-        let mut simulation = simulation::build(&scene.parameters(&particles), &options, start, workers)?;
-        simulation.step(&mut NoProbe)?;
-        let began = Instant::now();
-        let steps = 4;
-        for _ in 0..steps {
-            simulation.step(&mut NoProbe)?;
-        }
-        let per_step = began.elapsed().as_secs_f64() / f64::from(steps);
-        Ok(Calibration { s_per_particle_step: 1.25 * per_step / particles.len() as f64 })
-    }
-
-    /// Seconds for `steps` steps of `particles` particles each.
-    fn stepping_s(self, particles: usize, threads: usize, steps: usize) -> f64 {
-        let speed_up = 0.3 + 0.7 * threads as f64;
-        (steps * particles) as f64 * self.s_per_particle_step / speed_up
-    }
-
-    /// Steps cost what was measured; each process and window pays a little to start.
-    fn timed_s(self, particles: usize, threads: usize, variants: usize, windows: &[Window]) -> f64 {
-        let steps: usize = windows.iter().map(|w| w.warmup_steps + w.steps).sum();
-        let starting = 0.1 + (windows.len() * (variants + 2) * particles) as f64 * 1e-6;
-        self.stepping_s(particles, threads, steps * variants) + starting
-    }
-}
-
 impl Plan {
     /// Plans `experiments` for this machine.
     pub fn new(experiments: Vec<Experiment>, mode: Mode, calibration: Calibration) -> Result<Plan> {
@@ -216,27 +173,31 @@ impl Group {
     ) -> Result<Self, InputError> {
         let measurement = spec.measurement(mode);
         let sets = scene_sets([&measurement.scene, &factors.scene]);
-        let scene = library::load(&spec.scene, &sets)?;
-        let variants = spec.variants(factors);
+        let load =
+            |sets: &[String]| library::load(&spec.scene, sets).map_err(|error| error.in_experiment(&spec.id));
+        let scene = load(&sets)?;
+        let (variants, initial) = (spec.variants(factors), scene.particles(&spec.scene)?);
         for variant in &variants {
-            library::load(&spec.scene, &[&sets[..], &variant.scene_changes].concat())?;
+            let changed = load(&[&sets[..], &variant.scene_changes].concat())?;
+            let same = changed.particles(&spec.scene)? == initial
+                && changed.parameters(&initial).domain == scene.parameters(&initial).domain;
+            let allowed =
+                "variants of a group start from the same states: it may change effects and time step alone";
+            Check { file: &spec.id }.require(same, "scheme", format!("`{}`", variant.scheme), allowed)?;
         }
         scene.require_memory(&spec.scene, variants.len(), memory::available_bytes())?;
-        let particles = scene.particles(&spec.scene)?.len();
         let windows = match &measurement.paired {
             Some(paired) => windows_of(paired, &scene, &spec.id, mode)?,
             None => Vec::new(),
         };
-        let key =
-            StatesKey { scene: spec.scene.clone(), sets: sets.clone(), tolerance: spec.fixed.cg_tolerance };
         let (applicable, not_applicable) =
             factors.thread_counts(usable_threads).into_iter().partition(|&count| count <= usable_threads);
         Ok(Group {
             name: factors.name.clone(),
-            states: States::needed(states, key, &scene, &windows),
+            states: States::needed(states, &scene, spec.fixed.cg_tolerance, &windows),
             scene,
             sets,
-            particles,
+            particles: initial.len(),
             variants,
             threads: applicable,
             not_applicable,
@@ -248,7 +209,7 @@ impl Group {
 impl PlannedRun {
     fn new(run: ObservedRun) -> Result<Self, InputError> {
         let sets = [&run.sets[..], &run.variant.scene_changes].concat();
-        let scene = library::load(&run.scene, &sets)?;
+        let scene = library::load(&run.scene, &sets).map_err(|error| error.in_experiment(&run.id))?;
         scene.require_memory(&run.scene, 1, memory::available_bytes())?;
         Ok(PlannedRun { particles: scene.particles(&run.scene)?.len(), scene, run })
     }
@@ -268,146 +229,6 @@ fn windows_of(paired: &Paired, scene: &Scene, id: &str, mode: Mode) -> Result<Ve
     Ok(windows)
 }
 
-/// Makes the rounds of one experiment.
-struct RoundPlanner<'a> {
-    experiment: &'a PlannedExperiment,
-    index: usize,
-    calibration: Calibration,
-    states: &'a [States],
-}
-
-impl RoundPlanner<'_> {
-    /// The rounds of every stage. The first whole run of a scene leaves the states from which windows start; where there
-    /// is none, a run of its own does. `left` says whose states lie there already.
-    fn rounds(&self, mode: Mode, usable_threads: usize, left: &mut [bool]) -> Vec<PlannedRound> {
-        let measurement = self.experiment.spec.measurement(mode);
-        let mut rounds = Vec::new();
-        if let Some(whole) = &measurement.whole {
-            rounds.extend((0..whole.rounds).map(|round| self.whole(whole, round)));
-        }
-        for (k, group) in self.experiment.groups.iter().enumerate() {
-            if group.windows.is_empty() || std::mem::replace(&mut left[group.states], true) {
-                continue;
-            }
-            let answer = self.states[group.states].variant();
-            let can_save = |trial: &&mut PlannedTrial| match &trial.work {
-                Work::Timed(timed) => timed.group == k && timed.variants[0].has_answer_of(&answer),
-                Work::Observed(_) => false,
-            };
-            let first = rounds.first_mut().and_then(|round| round.trials.iter_mut().find(can_save));
-            match first.map(|trial| &mut trial.work) {
-                Some(Work::Timed(timed)) => timed.saves_states = true,
-                _ => rounds.push(self.states(k, usable_threads)),
-            }
-        }
-        if let Some(paired) = &measurement.paired {
-            rounds.extend((0..paired.rounds).map(|round| self.paired(round)));
-        }
-        if let Some(observed) = &measurement.observed {
-            rounds.extend((0..observed.rounds).map(|round| self.observed(round, usable_threads)));
-        }
-        rounds
-    }
-
-    /// The random order of one round: the same whenever and wherever it is planned.
-    fn random(&self, stage: Stage, round: usize) -> fastrand::Rng {
-        fastrand::Rng::with_seed(self.experiment.spec.seed ^ ((stage as u64) << 32) ^ round as u64)
-    }
-
-    fn timed(&self, threads: usize, work: TimedWork) -> PlannedTrial {
-        let particles = self.experiment.groups[work.group].particles;
-        let estimate_s = self.calibration.timed_s(particles, threads, work.variants.len(), &work.windows);
-        PlannedTrial { threads, estimate_s, work: Work::Timed(work) }
-    }
-
-    fn round(&self, stage: Stage, round: usize, trials: Vec<PlannedTrial>) -> PlannedRound {
-        PlannedRound { experiment: self.index, stage, round, trials }
-    }
-
-    /// One whole run a variant and thread count.
-    fn whole(&self, whole: &Whole, round: usize) -> PlannedRound {
-        let mut random = self.random(Stage::Whole, round);
-        let mut trials = Vec::new();
-        for (k, group) in self.experiment.groups.iter().enumerate() {
-            let wanted = |variant: &&Variant| {
-                whole.distance_test.as_ref().is_none_or(|tests| tests.contains(&variant.distance_test))
-            };
-            for variant in group.variants.iter().filter(wanted) {
-                for &threads in &group.threads {
-                    let work = TimedWork {
-                        group: k,
-                        variants: vec![variant.clone()],
-                        windows: steps_up_to(group.scene.steps()),
-                        seed: random.u64(..),
-                        saves_states: false,
-                    };
-                    trials.push(self.timed(threads, work));
-                }
-            }
-        }
-        random.shuffle(&mut trials);
-        self.round(Stage::Whole, round, trials)
-    }
-
-    /// One trial a group and thread count, with all variants in lock step.
-    fn paired(&self, round: usize) -> PlannedRound {
-        let mut random = self.random(Stage::Paired, round);
-        let mut trials = Vec::new();
-        for (k, group) in self.experiment.groups.iter().enumerate() {
-            for &threads in &group.threads {
-                let work = TimedWork {
-                    group: k,
-                    variants: group.variants.clone(),
-                    windows: group.windows.clone(),
-                    seed: random.u64(..),
-                    saves_states: false,
-                };
-                trials.push(self.timed(threads, work));
-            }
-        }
-        random.shuffle(&mut trials);
-        self.round(Stage::Paired, round, trials)
-    }
-
-    /// One run on all cores, up to the last state that is needed, that nobody times: it only leaves states.
-    fn states(&self, group: usize, usable_threads: usize) -> PlannedRound {
-        let states = &self.states[self.experiment.groups[group].states];
-        let variant = Variant {
-            preset: Preset::PAPER_AOS_RELOCATION.name().to_string(),
-            distance_test: "squared".to_string(),
-            storage: "csr".to_string(),
-            ..states.variant()
-        };
-        let work = TimedWork {
-            group,
-            variants: vec![variant],
-            windows: steps_up_to(states.last_step()),
-            seed: 0,
-            saves_states: true,
-        };
-        self.round(Stage::States, group, vec![self.timed(usable_threads, work)])
-    }
-
-    /// Every observed run once, on all cores.
-    fn observed(&self, round: usize, usable_threads: usize) -> PlannedRound {
-        let mut random = self.random(Stage::Observed, round);
-        let trial = |(k, planned): (usize, &PlannedRun)| PlannedTrial {
-            threads: usable_threads,
-            estimate_s: 0.1
-                + self.calibration.stepping_s(planned.particles, usable_threads, planned.scene.steps()),
-            work: Work::Observed(k),
-        };
-        let mut trials: Vec<PlannedTrial> = self.experiment.runs.iter().enumerate().map(trial).collect();
-        random.shuffle(&mut trials);
-        self.round(Stage::Observed, round, trials)
-    }
-}
-
-/// One window over all steps up to `last`.
-fn steps_up_to(last: usize) -> Vec<Window> {
-    vec![Window { start_step: 0, warmup_steps: 0, steps: last }]
-}
-
 /// Windows after the stated steps or, spread evenly, one in the middle of each equal part of a run.
 fn windows(paired: &Paired, steps: usize) -> Vec<Window> {
     let length = paired.warmup_steps + paired.steps;
@@ -423,18 +244,6 @@ fn windows(paired: &Paired, steps: usize) -> Vec<Window> {
     };
     let Paired { warmup_steps, steps, .. } = *paired;
     starts.into_iter().map(|start_step| Window { start_step, warmup_steps, steps }).collect()
-}
-
-/// The CPUs to pin to: `off`, `close` or `spread`.
-pub fn pin_order(pin: &str) -> Result<Vec<usize>> {
-    let topology = Topology::read(Path::new("/"), &allowed_cpus());
-    match pin {
-        "off" => Ok(Vec::new()),
-        "close" => Ok(topology.pin_order_close()),
-        "spread" => Ok(topology.pin_order_spread()),
-        _ => Err(InputError::new("command line", "pin", pin, "allowed are `off`, `close` or `spread`"))
-            .context("pinning"),
-    }
 }
 
 #[cfg(test)]

@@ -136,8 +136,9 @@ impl RunInfo {
         let experiments: Vec<Experiment> = plan.experiments.iter().map(|e| e.spec.clone()).collect();
         let source_hash = fact("source_hash");
         let identity = format!(
-            "{experiments:?} {:?} {source_hash} {} {} {} {:?}",
+            "{experiments:?} {:?} {} {source_hash} {} {} {} {:?}",
             plan.mode,
+            plan.usable_threads,
             machine.machine_id,
             fact("compiler"),
             fact("rustflags"),

@@ -127,7 +127,7 @@ pub struct Paired {
 
 /// Which states of a run windows start from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a number of windows, or a list of the steps after which they start")]
 pub enum Windows {
     /// So many, spread evenly from early to late.
     Spread(usize),
@@ -162,6 +162,11 @@ impl Experiment {
         let allowed = "allowed are `off`, `close` or `spread`";
         check.require(matches!(pin, "off" | "close" | "spread"), "pin", pin, allowed)?;
         self.fixed.options(file)?;
+        let allowed = "a scheme belongs to a group of `[[factors]]`, not to all of them";
+        check.require(self.fixed.scheme.is_empty(), "fixed.scheme", &self.fixed.scheme, allowed)?;
+        let changes = self.fixed.scene_changes.len();
+        let allowed = "changes to the scene belong to `scene` or a `[[scheme]]`";
+        check.require(changes == 0, "fixed.scene_changes", changes, allowed)?;
         for (k, factors) in self.factors.iter().enumerate() {
             let key = format!("factors[{k}]");
             factors.check(check, &key, &self.variants(factors))?;
@@ -174,8 +179,10 @@ impl Experiment {
         for (k, case) in self.case.iter().enumerate() {
             case.check(check, &format!("case[{k}]"), &self.scheme)?;
         }
-        for scheme in &self.scheme {
-            check_name(check, "scheme.id", &scheme.id)?;
+        let ids: Vec<&str> = self.scheme.iter().map(|scheme| scheme.id.as_str()).collect();
+        check_list(check, "scheme.id", &ids, true)?;
+        for id in ids {
+            check_name(check, "scheme.id", id)?;
         }
         for (k, sweep) in self.sweep.iter().enumerate() {
             sweep.check(check, &format!("sweep[{k}]"))?;
@@ -284,26 +291,24 @@ impl Measurement {
     }
 }
 
-/// The changes to a scene as `key=value`, later tables overriding earlier ones.
+/// The changes to a scene as `key=value`, in the order in which they apply: table after table, and within one by key.
 pub fn scene_sets<'a>(tables: impl IntoIterator<Item = &'a BTreeMap<String, toml::Value>>) -> Vec<String> {
-    let mut values = BTreeMap::new();
+    let mut sets = Vec::new();
     for (key, value) in tables.into_iter().flatten() {
-        flatten(key, value, &mut values);
+        flatten(key, value, &mut sets);
     }
-    values.into_iter().map(|(key, value)| format!("{key}={value}")).collect()
+    sets
 }
 
 /// The value of every key below `key`, with dotted keys: setting a table as a whole would drop its other keys.
-fn flatten(key: &str, value: &toml::Value, values: &mut BTreeMap<String, toml::Value>) {
+fn flatten(key: &str, value: &toml::Value, sets: &mut Vec<String>) {
     match value {
         toml::Value::Table(table) => {
             for (inner, value) in table {
-                flatten(&format!("{key}.{inner}"), value, values);
+                flatten(&format!("{key}.{inner}"), value, sets);
             }
         }
-        value => {
-            values.insert(key.to_string(), value.clone());
-        }
+        value => sets.push(format!("{key}={value}")),
     }
 }
 

@@ -3,26 +3,17 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use sha2::{Digest, Sha256};
 
+use crate::experiment::known::known_digests;
 use crate::experiment::record::{StateDigest, Variant, Window};
 use crate::scene::{Scene, snapshot};
 
-/// What decides the states of a run: two experiments with the same key can start from the same ones.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StatesKey {
-    /// Name or file.
-    pub scene: String,
-    pub sets: Vec<String>,
-    pub tolerance: f64,
-}
-
-/// The states of one run that windows need.
+/// The states of one run that windows need. Two experiments with the same scene and tolerance start from the same ones.
 #[derive(Debug, Clone)]
 pub struct States {
-    pub key: StatesKey,
-    scene_name: String,
-    particle_distance_m: f64,
+    scene: Scene,
+    cg_tolerance: f64,
     /// Steps after which windows start, 0 left out.
     pub start_steps: BTreeSet<usize>,
     /// Steps after which they end.
@@ -30,16 +21,12 @@ pub struct States {
 }
 
 impl States {
-    /// The place of the states with this key in `all`, with those that `windows` need added.
-    pub fn needed(all: &mut Vec<States>, key: StatesKey, scene: &Scene, windows: &[Window]) -> usize {
-        let place = all.iter().position(|states| states.key == key).unwrap_or_else(|| {
-            all.push(States {
-                key,
-                scene_name: scene.name.clone(),
-                particle_distance_m: scene.particle_distance_m,
-                start_steps: BTreeSet::new(),
-                end_steps: BTreeSet::new(),
-            });
+    /// The place in `all` of the states of `scene` to this tolerance, with those that `windows` need added.
+    pub fn needed(all: &mut Vec<States>, scene: &Scene, cg_tolerance: f64, windows: &[Window]) -> usize {
+        let same = |states: &States| states.scene == *scene && states.cg_tolerance == cg_tolerance;
+        let place = all.iter().position(same).unwrap_or_else(|| {
+            let (start_steps, end_steps) = (BTreeSet::new(), BTreeSet::new());
+            all.push(States { scene: scene.clone(), cg_tolerance, start_steps, end_steps });
             all.len() - 1
         });
         all[place].start_steps.extend(windows.iter().map(|w| w.start_step).filter(|&step| step > 0));
@@ -54,17 +41,16 @@ impl States {
 
     /// What the run that leaves the states computes with, as far as it decides them.
     pub fn variant(&self) -> Variant {
-        Variant { cg_tolerance: self.key.tolerance, ..Variant::default() }
+        Variant { cg_tolerance: self.cg_tolerance, ..Variant::default() }
     }
 
-    /// The folder of a run that holds the states.
+    /// The folder of a run that holds the states, named by the scene and a hash of all that decides them.
     pub fn folder(&self, run: &Path) -> PathBuf {
-        let name = |text: &str| -> String {
-            text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
-        };
-        let tolerance = format!("cg_tolerance={}", self.key.tolerance);
-        let parts = std::iter::once(&self.scene_name).chain(&self.key.sets).chain([&tolerance]);
-        run.join("states").join(parts.map(|part| name(part)).collect::<Vec<_>>().join("_"))
+        let name: String =
+            self.scene.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+        let hash = Sha256::digest(format!("{:?} {}", self.scene, self.cg_tolerance));
+        let hash: String = hash.iter().take(6).map(|byte| format!("{byte:02x}")).collect();
+        run.join("states").join(format!("{name}-{hash}"))
     }
 
     /// Whether every state lies in its folder.
@@ -75,31 +61,6 @@ impl States {
 
     /// Digests of the run's states that are known before any trial.
     pub fn known_digests(&self) -> Vec<StateDigest> {
-        let embedded: KnownDigests = toml::from_str(include_str!("../../experiments/digests.toml"))
-            .expect("the embedded digests are valid");
-        let same_run = |known: &KnownDigest| {
-            self.key.scene == known.scene
-                && self.particle_distance_m == known.particle_distance_m
-                && self.key.tolerance == known.cg_tolerance
-                && self.key.sets.iter().all(|set| set.starts_with("particle_distance_m="))
-        };
-        let known = embedded.state.into_iter().filter(same_run);
-        known.map(|known| StateDigest { step: known.step, digest: known.digest }).collect()
+        known_digests(&self.scene, &self.variant())
     }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct KnownDigests {
-    state: Vec<KnownDigest>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct KnownDigest {
-    scene: String,
-    particle_distance_m: f64,
-    cg_tolerance: f64,
-    step: usize,
-    digest: String,
 }

@@ -83,7 +83,7 @@ pub struct Setting {
 
 impl Settings {
     fn id(&self) -> String {
-        format!("l0={},dt={},tol={:e}", self.particle_distance_m, self.time_step_s, self.cg_tolerance)
+        format!("l0={} dt={} tol={:e}", self.particle_distance_m, self.time_step_s, self.cg_tolerance)
     }
 }
 
@@ -91,6 +91,9 @@ impl Sweep {
     pub(super) fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
         let key = |name: &str| format!("{key}.{name}");
         check_name(check, &key("id"), &self.id)?;
+        check_list(check, &key("modes"), &self.modes, false)?;
+        let count = self.random.map_or(0, |random| random.count);
+        check.require(count <= 1000, &key("random.count"), count, "allowed are 0 to 1000")?;
         check_list(check, &key("particle_distance_m"), &self.particle_distance_m, true)?;
         check_list(check, &key("time_step_s"), &self.time_step_s, true)?;
         check_list(check, &key("cg_tolerance"), &self.cg_tolerance, true)?;
@@ -164,5 +167,39 @@ impl Sweep {
             }
         };
         self.settings().into_iter().map(run).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::particles::Kind;
+    use crate::experiment::library::load;
+    use crate::scene::library;
+
+    /// Otherwise a sweep would measure how the lattice rounds the fluid's extent.
+    #[test]
+    fn all_runs_of_a_sweep_simulate_the_same_water() {
+        for sweep in load("accuracy-cost").unwrap().sweep {
+            let runs = sweep.runs(&Variant::default());
+            let distances = sweep.settings().into_iter().map(|setting| setting.settings.particle_distance_m);
+            let litres = runs.iter().zip(distances).map(|(run, distance)| {
+                let particles = library::load(&run.scene, &run.sets).unwrap().particles("test").unwrap();
+                let fluid = particles.iter().filter(|p| p.kind == Kind::Fluid).count();
+                1e3 * fluid as f64 * distance.powi(3)
+            });
+            let litres: Vec<f64> = litres.collect();
+            assert!(litres.iter().all(|l| (l / litres[0] - 1.0).abs() < 1e-9), "{}: {litres:?}", sweep.id);
+        }
+    }
+
+    #[test]
+    fn every_setting_stands_there_once_the_reference_first() {
+        let sweep = load("accuracy-cost").unwrap().sweep.into_iter().find(|s| s.reference.is_some()).unwrap();
+        let settings = sweep.settings();
+        assert!(settings[0].is_reference && settings[1].settings == sweep.baseline);
+        let ids = settings.iter().map(|s| s.run_id.clone()).collect::<std::collections::BTreeSet<_>>();
+        assert_eq!(ids.len(), settings.len());
+        assert_eq!(settings, sweep.settings(), "random settings are the same every time");
     }
 }

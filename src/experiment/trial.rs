@@ -19,7 +19,7 @@ use crate::engine::simulation::{self, Simulation, Start, StepReport};
 use crate::experiment::interrupt;
 use crate::experiment::machine::Noise;
 use crate::experiment::observe::{self, ObserveRequest};
-use crate::experiment::plan::pin_order;
+use crate::experiment::pinning::pin_order;
 use crate::experiment::record::{
     Outcome, PhaseSample, StateDigest, StepSample, Variant, Window, WindowSample,
 };

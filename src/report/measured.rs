@@ -216,18 +216,30 @@ impl Measured {
         of_run.filter_map(|trial| trial.observation.as_ref()).collect()
     }
 
-    /// Particles of the first trial that succeeded.
-    pub fn particles(&self) -> Option<usize> {
-        let trials = self.rounds.iter().flat_map(|round| &round.trials);
-        trials.filter_map(|trial| trial.outcome.as_ref()).map(|o| o.particles).next()
+    /// Observed runs whose rounds did not all end in the same state.
+    pub fn disagreeing(&self, experiment: &str) -> Vec<String> {
+        let mut digests: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        for (_, trial) in self.trials(experiment, Stage::Observed) {
+            if let Some(observation) = &trial.observation {
+                digests.entry(&trial.subject).or_default().insert(&observation.digest);
+            }
+        }
+        digests.into_iter().filter(|(_, found)| found.len() > 1).map(|(run, _)| run.to_string()).collect()
+    }
+
+    /// Particles of an experiment's timed trials, where they all have as many.
+    pub fn particles(&self, experiment: &str) -> Option<usize> {
+        let rounds = self.rounds.iter().filter(|round| round.experiment == experiment);
+        let outcomes = rounds.flat_map(|round| &round.trials).filter_map(|trial| trial.outcome.as_ref());
+        let counts: BTreeSet<usize> = outcomes.map(|outcome| outcome.particles).collect();
+        counts.first().copied().filter(|_| counts.len() == 1)
     }
 
     /// What stands on every page and figure of a quick run.
     pub fn stamp(&self) -> Option<String> {
-        let scene = self.particles().map_or(String::new(), |count| {
-            format!(" ({count} particles, the paper has {})", Published::load().particles)
-        });
-        (self.info.mode == Mode::Quick).then(|| format!("quick: not for citation{scene}"))
+        let paper = Published::load().particles;
+        let words = || format!("quick: not for citation (coarser scenes; the paper has {paper} particles)");
+        (self.info.mode == Mode::Quick).then(words)
     }
 
     /// The number of rounds of a stage in which every trial succeeded.

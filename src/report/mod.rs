@@ -3,6 +3,7 @@
 pub mod chart;
 pub mod claim;
 pub mod measured;
+pub mod measured_front;
 pub mod model;
 pub mod observations;
 pub mod page;
@@ -11,3 +12,4 @@ pub mod samples;
 pub mod section;
 pub mod summary;
 pub mod table;
+pub mod work_precision;

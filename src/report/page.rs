@@ -167,7 +167,7 @@ fn write_claims(measured: &Measured, judged: &[Judged], folder: &Path) -> Result
         .iter()
         .map(|j| ClaimRow {
             mode: measured.info.mode.name(),
-            particles: measured.particles(),
+            particles: measured.particles(&j.claim.estimate.experiment),
             claim: &j.claim.id,
             judged_by: &j.judgement.name,
             statement: &j.claim.statement,
@@ -251,14 +251,18 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
     for stage in Stage::ALL {
         for (round, trial) in measured.trials(id, stage).filter(|(_, trial)| trial.status != Status::Ok) {
             sentences.push(format!(
-                "{} round {round} on {} thread(s): {}: {}",
+                "{}{} round {round} on {} thread(s): {}: {}",
                 stage.name(),
+                if trial.subject.is_empty() { String::new() } else { format!(" `{}`,", trial.subject) },
                 trial.threads,
                 trial.status.name(),
                 trial.reason
             ));
         }
     }
+    sentences.extend(measured.disagreeing(id).into_iter().map(|run| {
+        format!("`{run}` ended in different states in different rounds: at least one of them computed something else.")
+    }));
     let there = measured.info.usable_threads;
     let all = measured.thread_counts(id).into_iter();
     let missing: Vec<String> = all.filter(|&threads| threads > there).map(|t| t.to_string()).collect();

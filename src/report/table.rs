@@ -132,7 +132,7 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
                 rows.push(Table2Row {
                     source: measured.info.machine_alias.clone(),
                     mode: measured.info.mode.name(),
-                    particles: measured.particles(),
+                    particles: measured.particles("table2"),
                     distance_test: test.clone(),
                     row: row.to_string(),
                     quantity,

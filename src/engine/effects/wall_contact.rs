@@ -50,8 +50,9 @@ pub struct WallContacts {
     time_step_s: f64,
     facing: Facing,
     /// The unit normal out of the wall of each wall particle on its surface, zero for all others. Walls stand still, so
-    /// it is worked out once, in the first step; empty before.
+    /// it is worked out once, in the first step.
     normal: Vec<Vec3>,
+    normals_known: bool,
     velocity_after: Vec<Vec3>,
 }
 
@@ -88,14 +89,14 @@ impl WallContacts {
             radius_m: contact.radius() * l0,
             time_step_s: parameters.time_step_s,
             facing: Facing { radius_m: parameters.number_density_radius_m(), least_m: SURFACE * l0 },
-            normal: Vec::new(),
+            normal: state.workers.column(state.particles.len(), ZERO),
+            normals_known: false,
             velocity_after: state.workers.column(state.particles.len(), ZERO),
         }
     }
 
     fn find_normals<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
         let (kind, facing) = (&state.particles.kind, self.facing);
-        self.normal = state.workers.column(kind.len(), ZERO);
         state.team().fill(Rows::new(&mut self.normal), |range, normal| {
             for (i, normal) in range.zip(normal) {
                 if kind[i] == Kind::Wall {
@@ -137,8 +138,9 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for WallContacts {
         state.refresh(probe)?;
         let broken = FirstIndex::default();
         within(probe, Phase::WallContact, || {
-            if self.normal.is_empty() {
+            if !self.normals_known {
                 self.find_normals::<C, T>(state);
+                self.normals_known = true;
             }
             self.touch::<C, T>(state, &broken);
             state.require_finite(&broken, Phase::WallContact, "velocity")?;

@@ -1,7 +1,6 @@
 //! Accuracy against time: every run of a sweep, the runs that none beats, and what halving the error costs.
 
 use anyhow::Result;
-use serde::Deserialize;
 
 use crate::base::statistics::Estimate;
 use crate::experiment::quantity::Quantity;
@@ -9,11 +8,15 @@ use crate::experiment::record::{FrontSample, Observation};
 use crate::experiment::sweep::{ErrorOf, Knob, Setting, Sweep};
 use crate::report::chart::{Band, Figure, Line, Marker, Panel, Point, Scale, Series, XyPanel};
 use crate::report::measured::Measured;
+use crate::report::measured_front::MeasuredFront;
 use crate::report::section::{Content, automatic, point};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show};
+use crate::report::work_precision::{exponent, pareto};
 
 const ID: &str = "accuracy-cost";
+/// A setting that changes the error by less than this factor does not change it.
+const LEAST_CHANGE: f64 = 1.05;
 
 /// The section.
 pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
@@ -93,30 +96,40 @@ impl<'a> Judged<'a> {
         }
         let knobs = [Knob::ParticleDistance, Knob::TimeStep, Knob::CgTolerance];
         let mut alone: Vec<(f64, String)> = knobs.into_iter().filter_map(|knob| self.alone(knob)).collect();
-        alone.sort_by(|a, b| b.0.total_cmp(&a.0));
+        alone.sort_by(|a, b| a.0.total_cmp(&b.0));
         let texts: Vec<&str> = alone.iter().map(|(_, text)| text.as_str()).collect();
-        findings.push(format!(
-            "{title}, one setting at a time, the one that matters most first: {}.",
-            texts.join("; ")
-        ));
+        if !texts.is_empty() {
+            let texts = texts.join("; ");
+            findings
+                .push(format!("{title}, one setting at a time, where accuracy is cheapest first: {texts}."));
+        }
         findings.extend(self.loosest_tolerance());
-        let failed = self.runs.iter().filter(|run| run.error.is_none() && !run.setting.is_reference).count();
-        if failed > 0 {
-            findings.push(format!(
-                "{title}: {failed} of {} settings broke down; they are rows of the table.",
-                self.runs.len()
-            ));
+        findings.extend(self.reference_error());
+        let broken = self.runs.iter().filter(|run| run.observation.ended != Observation::COMPLETED).count();
+        if broken > 0 {
+            let all = self.runs.len();
+            findings
+                .push(format!("{title}: {broken} of {all} settings broke down; they are rows of the table."));
         }
         findings
     }
 
-    /// How far one setting alone moves the error, and at which price.
+    /// What one setting alone buys, and its price: the power of the error that time grows with, for the order, and a text.
     fn alone(&self, knob: Knob) -> Option<(f64, String)> {
         let of_knob = || self.points().filter(|(run, ..)| [knob, Knob::Baseline].contains(&run.setting.knob));
         let best = of_knob().min_by(|a, b| a.2.total_cmp(&b.2))?;
         let worst = of_knob().max_by(|a, b| a.2.total_cmp(&b.2))?;
+        let power = (best.1 / worst.1).ln() / (worst.2 / best.2).ln();
+        let moves = worst.2 / best.2 >= LEAST_CHANGE;
+        let price = match (moves, power > 0.0) {
+            (false, _) => "the error hardly moves".to_string(),
+            (true, false) => "better and no slower".to_string(),
+            (true, true) => {
+                format!("halving the error by it alone costs {:.1} times the time", 2f64.powf(power))
+            }
+        };
         let text = format!(
-            "{} from {} to {}: error from {} to {}, time from {:.2} to {:.2} s",
+            "{} from {} to {}: error from {} to {}, time from {:.2} to {:.2} s ({price})",
             knob_name(knob),
             knob_value(knob, worst.0),
             knob_value(knob, best.0),
@@ -125,7 +138,21 @@ impl<'a> Judged<'a> {
             worst.1,
             best.1
         );
-        Some((worst.2 / best.2, text))
+        Some((if moves { power } else { f64::INFINITY }, text))
+    }
+
+    /// How far the finest run is from the next finest: the reference's own error is of that size.
+    fn reference_error(&self) -> Option<String> {
+        self.runs.iter().find(|run| run.setting.is_reference)?;
+        let distance = |run: &Run<'_>| run.setting.settings.particle_distance_m;
+        let next =
+            self.points().min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)).then(a.2.total_cmp(&b.2)))?;
+        Some(format!(
+            "{}: the next finest run, at {} m, differs from the finest by {}; errors of that size and below mean little.",
+            self.sweep.title,
+            distance(next.0),
+            percent(next.2)
+        ))
     }
 
     /// The loosest tolerance that loses less than a tenth of the error at the tightest.
@@ -156,18 +183,15 @@ impl<'a> Judged<'a> {
     fn against(&self, measured: &MeasuredFront) -> Option<String> {
         let reference = self.runs.iter().find(|run| run.setting.is_reference)?;
         let ours = measured.scaled(&reference.observation.front);
-        let differences: Vec<f64> =
-            measured.front.iter().filter_map(|at| Some(interpolated(&ours, at.T)? / at.Z - 1.0)).collect();
-        let count = differences.len() as f64;
-        let rms = (differences.iter().map(|d| d * d).sum::<f64>() / count).sqrt();
-        let mean = differences.iter().sum::<f64>() / count;
+        let (rms, count) = measured.difference(&ours, 0.0)?;
+        let (shift, (shifted, _)) = measured.best_shift(&ours)?;
         let below = self.points().filter(|(.., error)| *error < measured.scatter).count();
         Some(format!(
-            "The finest run's front differs from Martin and Moyce's by {} (root mean square over {count} of their points; \
-             mean {:+.1} %). Experiments scatter by some {}: {below} of the {} runs differ from the finest by less, and the \
+            "The finest run's front differs from Martin and Moyce's by {} (root mean square over {count} of their points), by \
+             {} after the best shift of our time, {shift:+.2} of their units. Experiments scatter by some {}: {below} of the {} runs differ from the finest by less, and the \
              experiment ranks none of those.",
             percent(rms),
-            100.0 * mean,
+            percent(shifted),
             percent(measured.scatter),
             self.points().count()
         ))
@@ -269,28 +293,6 @@ fn front_error(front: &[FrontSample], reference: &[FrontSample]) -> Option<f64> 
     Some((front.iter().zip(reference).map(square).sum::<f64>() / front.len() as f64).sqrt())
 }
 
-/// Those of `(time, error)` that no other one beats in both, by ascending time.
-fn pareto(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut front: Vec<(f64, f64)> = Vec::new();
-    for (time, error) in points {
-        if front.last().is_none_or(|(_, least)| error < *least) {
-            front.push((time, error));
-        }
-    }
-    front
-}
-
-/// `s` of `time ~ error^-s`: the slope of the least-squares line through the logarithms; `None` below three points.
-fn exponent(points: &[(f64, f64)]) -> Option<f64> {
-    let n = points.len() as f64;
-    let mean = |value: fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / n;
-    let (mean_x, mean_y) = (mean(|p| p.1.ln()), mean(|p| p.0.ln()));
-    let product: f64 = points.iter().map(|p| (p.1.ln() - mean_x) * (p.0.ln() - mean_y)).sum();
-    let square: f64 = points.iter().map(|p| (p.1.ln() - mean_x).powi(2)).sum();
-    (points.len() >= 3 && square > 0.0).then(|| -product / square)
-}
-
 fn knob_name(knob: Knob) -> &'static str {
     match knob {
         Knob::Baseline => "baseline",
@@ -325,47 +327,6 @@ fn percent(share: f64) -> String {
     } else {
         format!("{percent:.2} %")
     }
-}
-
-/// The front of Martin and Moyce's column.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MeasuredFront {
-    front: Vec<AtTime>,
-    scatter: f64,
-    base_m: f64,
-    gravity_m_s2: f64,
-    n2: f64,
-}
-
-/// Dimensionless time and front, in the paper's symbols.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[expect(non_snake_case, reason = "T is their time")]
-struct AtTime {
-    T: f64,
-    Z: f64,
-}
-
-impl MeasuredFront {
-    fn load() -> Self {
-        toml::from_str(include_str!("../../../paper/martin_moyce_1952.toml"))
-            .expect("the embedded front is valid")
-    }
-
-    /// Our front in their units: `T = n t sqrt(g / a)`, `Z = z / a`.
-    fn scaled(&self, front: &[FrontSample]) -> Vec<(f64, f64)> {
-        let rate = (self.n2 * self.gravity_m_s2 / self.base_m).sqrt();
-        front.iter().map(|sample| (rate * sample.time_s, sample.front_p99_m / self.base_m)).collect()
-    }
-}
-
-/// The value at `x` between the two points around it; `None` outside of them.
-fn interpolated(points: &[(f64, f64)], x: f64) -> Option<f64> {
-    points.windows(2).find_map(|pair| {
-        let ((a, low), (b, high)) = (pair[0], pair[1]);
-        (a..=b).contains(&x).then(|| low + (x - a) / (b - a) * (high - low))
-    })
 }
 
 fn figure(measured: &Measured, judged: &[Judged<'_>], front: &MeasuredFront) -> Figure {
@@ -430,19 +391,6 @@ fn front_figure(measured: &Measured, judged: &Judged<'_>, front: &MeasuredFront)
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_pareto_front_holds_what_nothing_beats() {
-        let points = vec![(4.0, 0.1), (1.0, 0.4), (2.0, 0.5), (2.0, 0.2), (8.0, 0.1)];
-        assert_eq!(pareto(points), vec![(1.0, 0.4), (2.0, 0.2), (4.0, 0.1)]);
-    }
-
-    #[test]
-    fn the_exponent_is_that_of_a_power_law() {
-        let points: Vec<(f64, f64)> = [0.4, 0.2, 0.1f64].map(|error| (3.0 * error.powf(-5.0), error)).into();
-        assert!((exponent(&points).unwrap() - 5.0).abs() < 1e-12);
-        assert_eq!(exponent(&points[..2]), None);
-    }
 
     #[test]
     fn the_front_error_is_a_relative_root_mean_square() {

@@ -3,9 +3,10 @@
 use anyhow::Result;
 
 use crate::base::statistics::Estimate;
+use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
-use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series, XyPanel};
-use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series, XyPanel};
+use crate::report::measured::{ByRound, Cell, Measured, Quantity, TimedCell, estimate, ratio};
 use crate::report::published::Published;
 use crate::report::section::{Content, automatic, how_measured, point};
 use crate::report::summary::CellPhase;
@@ -18,6 +19,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     let solver = Solver { measured, cells: measured.cells(ID) };
     let mut findings = vec![how_measured(measured, ID)];
     findings.extend(["ell", "csr"].into_iter().filter_map(|storage| solver.papers_tolerance(storage)));
+    findings.extend(solver.representative());
     findings.extend(solver.storage());
     findings.extend(solver.serial());
     Ok(Content {
@@ -106,20 +108,37 @@ impl Solver<'_> {
         ))
     }
 
-    /// What the paper's speed-up would be without a parallel CG.
+    /// How well the few steps of this experiment stand for the run.
+    fn representative(&self) -> Option<String> {
+        let usual = self.measured.experiment(ID)?.fixed.cg_tolerance;
+        let here = self.tolerances("ell").into_iter().find(|cell| cell.variant.cg_tolerance == usual)?;
+        let here = ratio(&self.of(here, Quantity::Cg), &self.of(here, Quantity::NonCg))?;
+        let list = Cell::new(Preset::PAPER_LINKED_LIST.name(), "sqrt", 1);
+        let run = |quantity| self.measured.per_step("table2", Stage::Paired, &list, quantity);
+        let there = ratio(&run(Quantity::Cg), &run(Quantity::NonCg))?;
+        Some(format!(
+            "At {usual:e} CG takes {} times the rest in these steps, {} times in the steps of table2, which stand for \
+             more of the run.",
+            show(&here, 3),
+            show(&there, 3)
+        ))
+    }
+
+    /// What the speed-up of the whole would be without a parallel CG.
     fn serial(&self) -> Option<String> {
         let who = || self.cells.iter().filter(|c| c.subject == "who" && c.variant.storage == "ell");
-        let threads = who().map(|c| c.threads).max()?;
-        let cell = |cg: &str| who().find(|c| c.threads == threads && c.variant.cg == cg);
-        let (serial, parallel) = (cell("serial")?, cell("parallel")?);
-        let gain = ratio(&self.of(serial, Quantity::Cg), &self.of(parallel, Quantity::Cg))?;
-        let share = |cell| ratio(&self.of(cell, Quantity::Cg), &self.of(cell, Quantity::Total));
+        let threads = who().map(|c| c.threads).max().filter(|&threads| threads > 1)?;
+        let total = |threads: usize, cg: &str| {
+            let cell = who().find(|c| c.threads == threads && c.variant.cg == cg)?;
+            Some(self.of(cell, Quantity::Total))
+        };
+        let one = total(1, "parallel")?;
+        let speed_up = |cg: &str| ratio(&one, &total(threads, cg)?);
         Some(format!(
-            "On {threads} threads serial CG takes {} times the parallel one's time, and {} of the whole step instead of {} \
-             (ell).",
-            show(&gain, 3),
-            show(&share(serial)?, 3),
-            show(&share(parallel)?, 3)
+            "The whole step is {} times as fast on {threads} threads as on one with parallel CG, {} times with serial CG \
+             (ell, linked list, sqrt).",
+            show(&speed_up("parallel")?, 3),
+            show(&speed_up("serial")?, 3)
         ))
     }
 
@@ -165,8 +184,8 @@ impl Solver<'_> {
             });
         XyPanel {
             title: title.to_string(),
-            x: Axis { range: Some((4e-13, 3e-2)), ..automatic("relative residual at the end", Scale::Log10) },
-            y: Axis { range: None, ..automatic(label, Scale::Linear) },
+            x: automatic("relative residual at the end", Scale::Log10),
+            y: automatic(label, Scale::Linear),
             series: series.into(),
             marks,
             bands: Vec::new(),

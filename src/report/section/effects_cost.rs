@@ -7,7 +7,7 @@ use crate::experiment::observed::Scheme;
 use crate::experiment::quantity::Quantity as Observed;
 use crate::experiment::record::{Observation, Stage};
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{Measured, Quantity, TimedCell, by_round, ratio};
+use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, by_round, ratio};
 use crate::report::section::{Content, automatic, capital, categories, how_measured, point};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show};
@@ -32,6 +32,8 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
 struct Change {
     id: String,
     title: String,
+    /// Seconds a step with the change, by round.
+    per_step: ByRound,
     /// Milliseconds a step that the change saves; negative where it costs.
     saved_ms: Estimate,
     /// Time with the change over time without.
@@ -63,7 +65,8 @@ fn change(measured: &Measured, cells: &[TimedCell], base: &TimedCell, scheme: &S
     let saved_ms = by_round(&per_step(base), &per_step(cell), |base, changed| 1e3 * (base - changed));
     let (before, after) = (phases(measured, base), phases(measured, cell));
     let missing_in = |a: &[String], b: &[String]| a.iter().filter(|p| !b.contains(p)).cloned().collect();
-    let seen = |id: &str| measured.observations(ID, &format!("dam-break/{id}")).into_iter().next();
+    let case = measured.experiment(ID)?.case.first()?;
+    let seen = |id: &str| measured.observations(ID, &format!("{}/{id}", case.id)).into_iter().next();
     let both = |quantity: Observed| {
         let of = |o: &Observation| o.quantities.get(&quantity).copied();
         seen(&base.variant.scheme).and_then(of).zip(seen(&scheme.id).and_then(of))
@@ -73,6 +76,7 @@ fn change(measured: &Measured, cells: &[TimedCell], base: &TimedCell, scheme: &S
     Some(Change {
         id: scheme.id.clone(),
         title: scheme.title.clone(),
+        per_step: per_step(cell),
         saved_ms: Estimate::of(&saved_ms)?,
         time_ratio: ratio(&per_step(cell), &per_step(base))?,
         saved_columns: saved(Observed::ColumnBytes),
@@ -134,10 +138,11 @@ fn equal_answers(changes: &[Change]) -> Vec<String> {
             0.0 => "every number observed of the run is the same to the last bit".to_string(),
             most => format!("no number observed of the run differs by more than {most:.1e} of itself"),
         };
-        let saved = without.saved_ms.median - zero.saved_ms.median;
+        let saved = by_round(&zero.per_step, &without.per_step, |zero, without| 1e3 * (zero - without));
         Some(format!(
-            "Without {effect} and with {effect} zero, {difference}; leaving it out saves {saved:.2} ms a step more than \
-             setting it to zero."
+            "Without {effect} and with {effect} zero, {difference}; leaving it out saves {} ms a step more than \
+             setting it to zero.",
+            show(&Estimate::of(&saved)?, 2)
         ))
     };
     ["viscosity", "collision"].into_iter().filter_map(pair).collect()

@@ -19,23 +19,38 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     let Some(experiment) = measured.experiment(ID) else {
         return Ok(Content::default());
     };
+    let (mut findings, tables) = verdicts(measured, experiment);
     let results = results(measured, experiment);
-    let mut findings: Vec<String> =
-        experiment.scheme.iter().filter_map(|scheme| scheme_in_words(scheme, &results)).collect();
     findings.extend(cost(experiment, &results));
-    Ok(Content {
-        findings,
-        figures: vec![("hard-cases", figure(measured, experiment, &results))],
-        tables: vec![table(experiment, &results)],
-        ..Content::default()
-    })
+    let figures = vec![("hard-cases", figure(measured, experiment, &results))];
+    Ok(Content { findings, figures, tables, ..Content::default() })
+}
+
+/// What passes and what fails of any experiment's cases; nothing where it has none.
+pub fn verdicts(measured: &Measured, experiment: &Experiment) -> (Vec<String>, Vec<TableView>) {
+    let results = results(measured, experiment);
+    if results.is_empty() {
+        return (Vec::new(), Vec::new());
+    }
+    let schemes = schemes(experiment);
+    let findings = schemes.iter().filter_map(|scheme| scheme_in_words(scheme, &results)).collect();
+    (findings, vec![table(experiment, &schemes, &results)])
 }
 
 /// A case with a scheme, and what was seen.
 struct CaseResult<'a> {
     case: &'a Case,
-    scheme: &'a Scheme,
-    observation: &'a Observation,
+    /// The id of the scheme; empty where there are none.
+    scheme: &'a str,
+    /// `None` where its process failed.
+    observation: Option<&'a Observation>,
+}
+
+/// Ids and titles of the schemes; a nameless one where there are none.
+fn schemes(experiment: &Experiment) -> Vec<(&str, &str)> {
+    let named: Vec<(&str, &str)> =
+        experiment.scheme.iter().map(|scheme| (scheme.id.as_str(), scheme.title.as_str())).collect();
+    if named.is_empty() { vec![("", "as it is")] } else { named }
 }
 
 /// One thing that was asked of a run.
@@ -49,9 +64,13 @@ fn results<'a>(measured: &'a Measured, experiment: &'a Experiment) -> Vec<CaseRe
     let cases = experiment.case.iter().filter(|case| case.modes.contains(&measured.info.mode));
     let mut results = Vec::new();
     for case in cases {
+        let first = |run: &str| measured.observations(&experiment.id, run).into_iter().next();
+        if experiment.scheme.is_empty() {
+            results.push(CaseResult { case, scheme: "", observation: first(&case.id) });
+        }
         for scheme in case.schemes_of(&experiment.scheme) {
-            let seen = measured.observations(ID, &case.run_id(scheme));
-            results.extend(seen.first().map(|observation| CaseResult { case, scheme, observation }));
+            let observation = first(&case.run_id(scheme));
+            results.push(CaseResult { case, scheme: &scheme.id, observation });
         }
     }
     results
@@ -59,24 +78,25 @@ fn results<'a>(measured: &'a Measured, experiment: &'a Experiment) -> Vec<CaseRe
 
 impl CaseResult<'_> {
     fn asked(&self) -> Vec<Asked> {
-        let ended = self.observation.ended.as_str();
         let due = self.case.must_end_with.as_deref().unwrap_or(Observation::COMPLETED);
-        let found = match self.observation.error.as_str() {
-            "" => ended.to_string(),
-            error => format!("{ended}: {error}"),
-        };
         let what = match due {
             Observation::COMPLETED => "runs to its end".to_string(),
             error => format!("ends with the error `{error}`"),
         };
-        let mut asked = vec![Asked { what, found, holds: ended == due }];
+        let found = match self.observation {
+            Some(seen) if seen.error.is_empty() => seen.ended.clone(),
+            Some(seen) => format!("{}: {}", seen.ended, seen.error),
+            None => "nothing: its process failed".to_string(),
+        };
+        let holds = self.observation.is_some_and(|seen| seen.ended == due);
+        let mut asked = vec![Asked { what, found, holds }];
         asked.extend(self.case.pass.iter().map(|criterion| self.judge(criterion)));
         asked
     }
 
     fn judge(&self, criterion: &Criterion) -> Asked {
-        let value = self.observation.quantities.get(&criterion.quantity).copied();
-        let completed = self.observation.ended == Observation::COMPLETED;
+        let value = self.observation.and_then(|seen| seen.quantities.get(&criterion.quantity).copied());
+        let completed = self.observation.is_some_and(|seen| seen.ended == Observation::COMPLETED);
         Asked {
             what: criterion.in_words(),
             found: value.map_or("nothing".to_string(), short),
@@ -89,7 +109,7 @@ impl CaseResult<'_> {
     }
 
     fn quantity(&self, quantity: Quantity) -> f64 {
-        self.observation.quantities.get(&quantity).copied().unwrap_or(0.0)
+        self.observation.and_then(|seen| seen.quantities.get(&quantity).copied()).unwrap_or(0.0)
     }
 }
 
@@ -105,8 +125,8 @@ fn short(value: f64) -> String {
 }
 
 /// How many cases pass, and what the others fail.
-fn scheme_in_words(scheme: &Scheme, results: &[CaseResult<'_>]) -> Option<String> {
-    let of_scheme: Vec<&CaseResult<'_>> = results.iter().filter(|r| r.scheme.id == scheme.id).collect();
+fn scheme_in_words((id, title): &(&str, &str), results: &[CaseResult<'_>]) -> Option<String> {
+    let of_scheme: Vec<&CaseResult<'_>> = results.iter().filter(|r| r.scheme == *id).collect();
     let failed: Vec<String> = of_scheme
         .iter()
         .filter(|result| !result.passes())
@@ -122,7 +142,7 @@ fn scheme_in_words(scheme: &Scheme, results: &[CaseResult<'_>]) -> Option<String
         [] => String::new(),
         failed => format!(" It fails {}.", failed.join(", and ")),
     };
-    (all > 0).then(|| format!("{}: {passed} of {all} cases pass.{failures}", capital(&scheme.title)))
+    (all > 0).then(|| format!("{}: {passed} of {all} cases pass.{failures}", capital(title)))
 }
 
 /// What stops the leaks, and what it costs.
@@ -130,13 +150,12 @@ fn cost(experiment: &Experiment, results: &[CaseResult<'_>]) -> Vec<String> {
     let [plain, changed] = experiment.scheme.as_slice() else {
         return Vec::new();
     };
-    let of = |case: &Case, scheme: &Scheme| {
-        results.iter().find(|r| r.case.id == case.id && r.scheme.id == scheme.id)
-    };
+    let of =
+        |case: &Case, scheme: &Scheme| results.iter().find(|r| r.case.id == case.id && r.scheme == scheme.id);
     let leaky = |case: &&Case| of(case, plain).is_some_and(|r| r.quantity(Quantity::Leaks) > 0.0);
     let sentence = |case: &Case| {
         let (before, after) = (of(case, plain)?, of(case, changed)?);
-        let a_step = |r: &CaseResult<'_>| r.observation.stepping_s / r.observation.steps as f64;
+        let a_step = |r: &CaseResult<'_>| r.observation.map(|seen| seen.stepping_s / seen.steps as f64);
         Some(format!(
             "{}: {:.0} of {:.0} fluid particles leak and {:.0} leave the domain; {}, {:.0} leak and {:.0} leave, at {:.2} \
              times the time a step (one run each).",
@@ -147,7 +166,7 @@ fn cost(experiment: &Experiment, results: &[CaseResult<'_>]) -> Vec<String> {
             changed.title,
             after.quantity(Quantity::Leaks),
             after.quantity(Quantity::Left),
-            a_step(after) / a_step(before)
+            a_step(after)? / a_step(before)?
         ))
     };
     experiment.case.iter().filter(leaky).filter_map(sentence).collect()
@@ -155,7 +174,7 @@ fn cost(experiment: &Experiment, results: &[CaseResult<'_>]) -> Vec<String> {
 
 fn figure(measured: &Measured, experiment: &Experiment, results: &[CaseResult<'_>]) -> Figure {
     let bar = |result: &CaseResult<'_>| Bar {
-        label: result.scheme.id.clone(),
+        label: result.scheme.to_string(),
         values: vec![result.quantity(Quantity::Leaks)],
         interval: None,
         published: false,
@@ -183,18 +202,16 @@ fn figure(measured: &Measured, experiment: &Experiment, results: &[CaseResult<'_
 }
 
 /// Rows are what a case asks, columns the schemes; the first row of a case is its verdict.
-fn table(experiment: &Experiment, results: &[CaseResult<'_>]) -> TableView {
+fn table(experiment: &Experiment, schemes: &[(&str, &str)], results: &[CaseResult<'_>]) -> TableView {
     let mut view = TableView::new(
         "What each case asks, and what was found with each scheme: `holds` or `fails`, and the number.",
         &["case", "asked"],
     );
-    view.header.extend(experiment.scheme.iter().map(|scheme| scheme.title.clone()));
+    view.header.extend(schemes.iter().map(|(_, title)| title.to_string()));
     for case in &experiment.case {
-        let of_case: Vec<Option<&CaseResult<'_>>> = experiment
-            .scheme
-            .iter()
-            .map(|scheme| results.iter().find(|r| r.case.id == case.id && r.scheme.id == scheme.id))
-            .collect();
+        let of_scheme =
+            |(id, _): &(&str, &str)| results.iter().find(|r| r.case.id == case.id && r.scheme == *id);
+        let of_case: Vec<Option<&CaseResult<'_>>> = schemes.iter().map(of_scheme).collect();
         let Some(first) = of_case.iter().flatten().next() else {
             continue;
         };

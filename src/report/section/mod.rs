@@ -17,6 +17,7 @@ use anyhow::Result;
 
 use crate::base::statistics::Estimate;
 use crate::experiment::record::Stage;
+use crate::experiment::spec::{Mode, Paired};
 use crate::report::chart::{Axis, Figure, Point, Scale, Series};
 use crate::report::measured::Measured;
 use crate::report::summary::CellPhase;
@@ -53,12 +54,23 @@ const SECTIONS: [(&str, Section); 10] = [
 pub fn content(measured: &Measured, phases: &[CellPhase], id: &str) -> Result<Content> {
     match SECTIONS.iter().find(|(name, _)| *name == id) {
         Some((_, section)) => section(measured, phases),
-        None => Ok(Content {
-            findings: vec![how_measured(measured, id)],
-            tables: vec![phases_view(phases, id)],
-            ..Content::default()
-        }),
+        None => Ok(plain(measured, phases, id)),
     }
+}
+
+/// The section of an experiment without a file here: the phases of its cells and the verdicts on its cases.
+fn plain(measured: &Measured, phases: &[CellPhase], id: &str) -> Content {
+    let mut content = Content::default();
+    if !measured.cells(id).is_empty() {
+        content.findings.push(how_measured(measured, id));
+        content.tables.push(phases_view(phases, id));
+    }
+    if let Some(experiment) = measured.experiment(id) {
+        let (findings, tables) = hard_cases::verdicts(measured, experiment);
+        content.findings.extend(findings);
+        content.tables.extend(tables);
+    }
+    content
 }
 
 /// The colour of each search in all figures, by its place in the palette.
@@ -75,7 +87,7 @@ fn categories(label: &str, names: &[String]) -> Axis {
     Axis {
         label: label.to_string(),
         scale: Scale::Linear,
-        range: Some((-0.5, names.len() as f64 - 0.5)),
+        range: (!names.is_empty()).then(|| (-0.5, names.len() as f64 - 0.5)),
         ticks: Some(names.iter().enumerate().map(|(k, name)| (k as f64, name.clone())).collect()),
     }
 }
@@ -108,14 +120,21 @@ fn capital(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Which trials the numbers of an experiment are from.
+/// Which trials the numbers of an experiment are from, and what was left to the full mode.
 fn how_measured(measured: &Measured, id: &str) -> String {
-    match measured.stage_for_tables(id) {
-        Stage::Whole => "Numbers are from whole runs, a process each.".to_string(),
-        stage => format!(
-            "Numbers are from paired trials: each process computes the same steps with all variants in turn; \
-             {} rounds, whose processes are the samples of every interval.",
-            measured.succeeded(id, stage)
-        ),
+    let stage = measured.stage_for_tables(id);
+    if stage == Stage::Whole {
+        return "Numbers are from whole runs, a process each.".to_string();
     }
+    let paired = |mode| measured.experiment(id).and_then(|e| e.measurement(mode).paired.as_ref());
+    let extent = |p: &Paired| format!("{} steps from each of {} states", p.steps, p.windows.count());
+    let here = paired(measured.info.mode).map_or(String::new(), |p| format!(", {}", extent(p)));
+    let full = paired(Mode::Full).filter(|_| measured.info.mode != Mode::Full);
+    let left =
+        full.map_or(String::new(), |p| format!(" Left to `--full`: {} rounds, {}.", p.rounds, extent(p)));
+    format!(
+        "Numbers are from paired trials: each process computes the same steps with all variants in turn{here}; {} rounds, \
+         whose processes are the samples of every interval.{left}",
+        measured.succeeded(id, stage)
+    )
 }
