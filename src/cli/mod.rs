@@ -1,6 +1,7 @@
 //! The command line: one verb a file. Only here is anything printed.
 
 mod all;
+mod compare;
 mod engine_options;
 mod list;
 mod machine;
@@ -31,7 +32,8 @@ pub struct Cli {
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 a claim fails (only with --strict); 2 the command or a file cannot be used; 3 incomplete: a trial \
-failed, a simulation broke down or something could not be written; 5 nothing was measured; 130 interrupted.";
+failed, a simulation broke down or something could not be written; 5 nothing was measured; 6 no cell of the runs can be \
+compared; 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
@@ -47,6 +49,8 @@ enum Verb {
     Machine(machine::MachineVerb),
     /// Renders a run folder's tables, figures, claims and report anew from its records.
     Report(report::Report),
+    /// Compares run folders, from any machines: ratios within each, times beside them, what differs.
+    Compare(compare::Compare),
     /// Simulates one scene.
     Simulate(Box<simulate::Simulate>),
     /// Runs one trial, described on standard input: how this program starts itself.
@@ -62,6 +66,7 @@ pub enum Exit {
     Usage = 2,
     Incomplete = 3,
     NothingMeasured = 5,
+    Incomparable = 6,
     Interrupted = 130,
 }
 
@@ -80,6 +85,7 @@ impl Cli {
             Verb::Plan(verb) => verb.run(),
             Verb::Machine(verb) => verb.run(),
             Verb::Report(verb) => verb.run(),
+            Verb::Compare(verb) => verb.run(),
             Verb::Simulate(verb) => verb.run(),
             Verb::Trial(verb) => verb.run(),
         }

@@ -1,3 +1,4 @@
+use std::collections::BTreeSet;
 use std::io::Write;
 
 use anyhow::Result;
@@ -32,8 +33,10 @@ impl PlanVerb {
         }
         writeln!(out, "about {:.1} minutes in all, from a few steps just timed", plan.estimate_s() / 60.0)?;
         for experiment in &plan.experiments {
-            for group in experiment.groups.iter().filter(|group| !group.not_applicable.is_empty()) {
-                let (id, missing) = (&experiment.spec.id, &group.not_applicable);
+            let missing = experiment.groups.iter().flat_map(|group| &group.not_applicable);
+            let missing: BTreeSet<&usize> = missing.collect();
+            if !missing.is_empty() {
+                let id = &experiment.spec.id;
                 writeln!(out, "{id}: not applicable here, too few hardware threads for {missing:?}")?;
             }
         }

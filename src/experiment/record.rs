@@ -338,7 +338,7 @@ impl RoundRecord {
 
     pub fn write(&self, folder: &Path) -> Result<()> {
         let path = Self::path(folder, &self.experiment, self.stage, self.round);
-        let text = serde_json::to_vec_pretty(self)?;
+        let text = serde_json::to_vec(self)?;
         write_whole(&path, &text).with_context(|| format!("cannot write {}", path.display()))
     }
 

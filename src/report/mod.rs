@@ -2,6 +2,7 @@
 
 pub mod chart;
 pub mod claim;
+pub mod compare;
 pub mod measured;
 pub mod measured_front;
 pub mod model;

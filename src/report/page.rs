@@ -20,7 +20,7 @@ use crate::report::table::{TableView, show};
 use crate::report::{observations, samples};
 
 /// Width of the PNGs, pixels.
-const PNG_WIDTH: u32 = 1600;
+pub const PNG_WIDTH: u32 = 1600;
 
 /// What the templates show. Nothing in it is markup but `svg`, which the chart module made.
 #[derive(Debug, Serialize)]

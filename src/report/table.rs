@@ -68,6 +68,11 @@ pub fn show(estimate: &Estimate, digits: usize) -> String {
     }
 }
 
+/// The same, or `none` where nothing was measured.
+pub fn show_or_none(estimate: Option<Estimate>, digits: usize) -> String {
+    estimate.map_or("none".to_string(), |estimate| show(&estimate, digits))
+}
+
 /// The steps that the seconds of Table 2 stand for.
 fn run_steps() -> f64 {
     Published::load().steps as f64

@@ -10,7 +10,7 @@ use crate::report::section::{
     Content, LINKED_LIST, RELOCATED, automatic, categories, how_measured, point, side_by_side,
 };
 use crate::report::summary::CellPhase;
-use crate::report::table::{TableView, show};
+use crate::report::table::{TableView, show, show_or_none};
 
 const ID: &str = "bucket-side";
 
@@ -108,8 +108,7 @@ impl Sides<'_> {
         for cell in self.rows() {
             let (whole, half) = (self.time(cell, 1), self.time(cell, 2));
             let cells = [estimate(&whole), estimate(&half), ratio(&half, &whole)];
-            let shown =
-                cells.iter().zip([2, 2, 3]).map(|(e, n)| e.map_or("none".to_string(), |e| show(&e, n)));
+            let shown = cells.into_iter().zip([2, 2, 3]).map(|(cell, digits)| show_or_none(cell, digits));
             let names = [cell.variant.preset.clone(), cell.variant.distance_test.clone()];
             view.rows.push(names.into_iter().chain(shown).collect());
         }

@@ -10,7 +10,7 @@ use crate::report::measured::{ByRound, Cell, Measured, Quantity, TimedCell, esti
 use crate::report::published::Published;
 use crate::report::section::{Content, automatic, how_measured, point};
 use crate::report::summary::CellPhase;
-use crate::report::table::{TableView, show};
+use crate::report::table::{TableView, show, show_or_none};
 
 const ID: &str = "cg";
 
@@ -203,8 +203,8 @@ impl Solver<'_> {
                 cell.variant.storage.clone(),
                 format!("{:e}", cell.variant.cg_tolerance),
                 format!("{:.1}", self.iterations(cell)),
-                estimate(&cg).map_or("none".to_string(), |e| show(&e, 2)),
-                ratio(&cg, &non_cg).map_or("none".to_string(), |e| show(&e, 3)),
+                show_or_none(estimate(&cg), 2),
+                show_or_none(ratio(&cg, &non_cg), 3),
             ]);
         }
         view
@@ -218,7 +218,7 @@ impl Solver<'_> {
         for cell in self.cells.iter().filter(|cell| cell.subject == "who") {
             let names = [cell.threads.to_string(), cell.variant.cg.clone(), cell.variant.storage.clone()];
             let times = [Quantity::Cg, Quantity::NonCg, Quantity::Total].map(|q| estimate(&self.of(cell, q)));
-            let shown = times.into_iter().map(|e| e.map_or("none".to_string(), |e| show(&e, 2)));
+            let shown = times.into_iter().map(|time| show_or_none(time, 2));
             view.rows.push(names.into_iter().chain(shown).collect());
         }
         view

@@ -2,13 +2,14 @@
 
 use anyhow::Result;
 
+use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
 use crate::report::section::{Content, automatic, how_measured, point};
 use crate::report::summary::CellPhase;
-use crate::report::table::{TableView, show};
+use crate::report::table::{TableView, show, show_or_none};
 
 const ID: &str = "chunks";
 /// The paper's schedule.
@@ -42,7 +43,7 @@ fn split(schedule: &str) -> (&str, Option<f64>) {
 }
 
 impl Timings<'_> {
-    fn of(&self, cell: &TimedCell) -> crate::report::measured::ByRound {
+    fn of(&self, cell: &TimedCell) -> ByRound {
         self.measured.per_step(ID, Stage::Paired, cell, Quantity::NonCg)
     }
 
@@ -158,10 +159,7 @@ impl Timings<'_> {
             let (a, b) = (self.of(list), self.of(&relocated));
             let cells =
                 [estimate(&a).map(|e| e.scaled(1e3)), estimate(&b).map(|e| e.scaled(1e3)), ratio(&a, &b)];
-            let shown = cells
-                .iter()
-                .zip([2, 2, 3])
-                .map(|(e, digits)| e.map_or("none".to_string(), |e| show(&e, digits)));
+            let shown = cells.into_iter().zip([2, 2, 3]).map(|(cell, digits)| show_or_none(cell, digits));
             view.rows.push(std::iter::once(list.variant.schedule.clone()).chain(shown).collect());
         }
         view
@@ -169,7 +167,7 @@ impl Timings<'_> {
 }
 
 /// What a panel shows of a cell.
-type Value<'a> = dyn Fn(&TimedCell) -> Option<crate::base::statistics::Estimate> + 'a;
+type Value<'a> = dyn Fn(&TimedCell) -> Option<Estimate> + 'a;
 
 fn ticks() -> Vec<(f64, String)> {
     [1, 8, 64, 512, 4096].map(|chunk| (f64::from(chunk), chunk.to_string())).into()

@@ -176,7 +176,7 @@ impl<'a> Orders<'a> {
         let (gains, paper) = (self.gains(), Published::load().table2.speed_up.non_cg);
         let mut series = Vec::new();
         let markers = [Marker::Circle, Marker::Square, Marker::Triangle, Marker::Diamond];
-        for (&(_, step), color) in self.states.iter().zip([3, 1, 2, 7]) {
+        for (&(_, step), color) in self.states.iter().zip([3, 1, 2, 7].into_iter().cycle()) {
             for test in ["sqrt", "squared"] {
                 let of = gains.iter().filter(|g| g.start_step == step && g.test == test);
                 series.push(Series {

@@ -78,12 +78,12 @@ const LINKED_LIST: usize = 5;
 const RELOCATED: usize = 6;
 
 /// An axis whose range and ticks follow from the data.
-fn automatic(label: &str, scale: Scale) -> Axis {
+pub fn automatic(label: &str, scale: Scale) -> Axis {
     Axis { label: label.to_string(), scale, range: None, ticks: None }
 }
 
 /// An axis whose places 0, 1, 2 ... have names.
-fn categories(label: &str, names: &[String]) -> Axis {
+pub fn categories(label: &str, names: &[String]) -> Axis {
     Axis {
         label: label.to_string(),
         scale: Scale::Linear,
@@ -93,7 +93,7 @@ fn categories(label: &str, names: &[String]) -> Axis {
 }
 
 /// Series over categories, moved sideways a little so that their intervals stand side by side.
-fn side_by_side(mut series: Vec<Series>) -> Vec<Series> {
+pub fn side_by_side(mut series: Vec<Series>) -> Vec<Series> {
     let middle = 0.5 * (series.len() as f64 - 1.0);
     for (k, series) in series.iter_mut().enumerate() {
         for point in &mut series.points {
@@ -104,7 +104,7 @@ fn side_by_side(mut series: Vec<Series>) -> Vec<Series> {
 }
 
 /// An estimate as a point of a series.
-fn point(x: f64, estimate: Estimate) -> Point {
+pub fn point(x: f64, estimate: Estimate) -> Point {
     Point {
         x,
         y: estimate.median,
@@ -127,7 +127,10 @@ fn how_measured(measured: &Measured, id: &str) -> String {
         return "Numbers are from whole runs, a process each.".to_string();
     }
     let paired = |mode| measured.experiment(id).and_then(|e| e.measurement(mode).paired.as_ref());
-    let extent = |p: &Paired| format!("{} steps from each of {} states", p.steps, p.windows.count());
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let extent = |p: &Paired| {
+        format!("{} from each of {}", counted(p.steps, "step"), counted(p.windows.count(), "state"))
+    };
     let here = paired(measured.info.mode).map_or(String::new(), |p| format!(", {}", extent(p)));
     let full = paired(Mode::Full).filter(|_| measured.info.mode != Mode::Full);
     let left =

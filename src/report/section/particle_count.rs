@@ -96,65 +96,75 @@ fn findings(sizes: &[Size]) -> Vec<String> {
 }
 
 fn figure(measured: &Measured, sizes: &[Size]) -> Figure {
-    let x_axis =
-        || Axis { ticks: Some(ticks(sizes)), range: range(sizes), ..automatic("particles", Scale::Log10) };
-    let series =
-        |label: &str, test: &str, color: usize, marker: Marker, value: fn(&Size) -> Estimate| Series {
-            label: format!("{label}, {test}"),
-            color,
-            line: if test == "sqrt" { Line::Solid } else { Line::Dashed },
-            marker,
-            points: sizes
-                .iter()
-                .filter(|s| s.test == test)
-                .map(|s| point(s.particles as f64, value(s)))
-                .collect(),
-        };
-    let panel = |title: &str, label: &str, series: Vec<Series>, marks: Vec<Mark>| {
-        let (x, y) = (x_axis(), automatic(label, Scale::Linear));
-        Panel::Xy(XyPanel { title: title.to_string(), x, y, series, marks, bands: Vec::new() })
-    };
-    let paper = Published::load();
-    let gain = paper.table2.speed_up.non_cg;
     Figure {
         title: "The same flow with more particles".to_string(),
         description: "Left: nanoseconds a particle and step outside CG, with the linked list and with relocation, and \
                       in CG, against the number of particles. Right: the ratio of list to relocation outside CG; the \
                       star is the paper's. 95 % intervals."
             .to_string(),
-        panels: vec![
-            panel(
-                "cost",
-                "ns a particle and step",
-                vec![
-                    series("list outside CG", "sqrt", LINKED_LIST, Marker::Circle, |s| s.list_non_cg_ns),
-                    series("relocated outside CG", "sqrt", RELOCATED, Marker::Square, |s| s.relocated_non_cg_ns),
-                    series("list outside CG", "squared", LINKED_LIST, Marker::OpenCircle, |s| s.list_non_cg_ns),
-                    series("relocated outside CG", "squared", RELOCATED, Marker::OpenSquare, |s| {
-                        s.relocated_non_cg_ns
-                    }),
-                    series("CG", "sqrt", 3, Marker::Triangle, |s| s.cg_ns),
-                ],
-                Vec::new(),
-            ),
-            panel(
-                "gain of relocation",
-                "list / relocated",
-                vec![
-                    series("outside CG", "sqrt", 3, Marker::Circle, |s| s.gain),
-                    series("outside CG", "squared", 1, Marker::Square, |s| s.gain),
-                ],
-                vec![
-                    Mark { label: String::new(), at: MarkAt::Y(1.0), color: 0 },
-                    Mark {
-                        label: format!("paper: {gain}x"),
-                        at: MarkAt::Point(paper.particles as f64, gain),
-                        color: 0,
-                    },
-                ],
-            ),
-        ],
+        panels: vec![Panel::Xy(cost_panel(sizes)), Panel::Xy(gain_panel(sizes))],
         note: measured.stamp(),
+    }
+}
+
+fn cost_panel(sizes: &[Size]) -> XyPanel {
+    let one = |label: &str, test: &str, color: usize, marker: Marker, value: fn(&Size) -> Estimate| {
+        series(sizes, (label, test), (color, marker), value)
+    };
+    XyPanel {
+        title: "cost".to_string(),
+        x: x_axis(sizes),
+        y: automatic("ns a particle and step", Scale::Linear),
+        series: vec![
+            one("list outside CG", "sqrt", LINKED_LIST, Marker::Circle, |s| s.list_non_cg_ns),
+            one("relocated outside CG", "sqrt", RELOCATED, Marker::Square, |s| s.relocated_non_cg_ns),
+            one("list outside CG", "squared", LINKED_LIST, Marker::OpenCircle, |s| s.list_non_cg_ns),
+            one("relocated outside CG", "squared", RELOCATED, Marker::OpenSquare, |s| s.relocated_non_cg_ns),
+            one("CG", "sqrt", 3, Marker::Triangle, |s| s.cg_ns),
+        ],
+        marks: Vec::new(),
+        bands: Vec::new(),
+    }
+}
+
+fn gain_panel(sizes: &[Size]) -> XyPanel {
+    let paper = Published::load();
+    let gain = paper.table2.speed_up.non_cg;
+    let at = MarkAt::Point(paper.particles as f64, gain);
+    XyPanel {
+        title: "gain of relocation".to_string(),
+        x: x_axis(sizes),
+        y: automatic("list / relocated", Scale::Linear),
+        series: vec![
+            series(sizes, ("outside CG", "sqrt"), (3, Marker::Circle), |s| s.gain),
+            series(sizes, ("outside CG", "squared"), (1, Marker::Square), |s| s.gain),
+        ],
+        marks: vec![
+            Mark { label: String::new(), at: MarkAt::Y(1.0), color: 0 },
+            Mark { label: format!("paper: {gain}x"), at, color: 0 },
+        ],
+        bands: Vec::new(),
+    }
+}
+
+fn x_axis(sizes: &[Size]) -> Axis {
+    Axis { ticks: Some(ticks(sizes)), range: range(sizes), ..automatic("particles", Scale::Log10) }
+}
+
+/// One number of the scenes with a distance test, in a colour and with a marker.
+fn series(
+    sizes: &[Size],
+    (label, test): (&str, &str),
+    (color, marker): (usize, Marker),
+    value: fn(&Size) -> Estimate,
+) -> Series {
+    let of_test = sizes.iter().filter(|size| size.test == test);
+    Series {
+        label: format!("{label}, {test}"),
+        color,
+        line: if test == "sqrt" { Line::Solid } else { Line::Dashed },
+        marker,
+        points: of_test.map(|size| point(size.particles as f64, value(size))).collect(),
     }
 }
 
