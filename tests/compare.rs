@@ -85,7 +85,7 @@ fn doctored_runs_are_named_or_refused() {
     for round in 0..6 {
         let file = format!("rounds/small-paired-{round:03}.json");
         let text = fs::read_to_string(odd.join(&file)).unwrap();
-        let (_, rest) = text.split_once("\"digest\": \"").unwrap();
+        let (_, rest) = text.split_once("\"digest\":\"").unwrap();
         let digest = rest[..32].to_string();
         change(&odd, &file, &digest, &"0".repeat(32));
     }
