@@ -125,8 +125,12 @@ impl<'a> Comparison<'a> {
 
     /// Which run is in which state at the end of the first window in which they differ.
     fn states(&self, cell: &ComparedCell) -> String {
+        let works: Vec<&Work> = cell.found.iter().flatten().map(|found| &found.work).collect();
+        let differ =
+            |k: &usize| works.windows(2).any(|pair| pair[0].digests.get(*k) != pair[1].digests.get(*k));
+        let place = (0..works.first().map_or(0, |work| work.windows.len())).find(differ).unwrap_or(0);
         let states = self.runs.iter().zip(&cell.found).filter_map(|((name, _), found)| {
-            Some(format!("{name} ends in {}", found.as_ref()?.work.digests.last()?))
+            Some(format!("{name} ends in {}", found.as_ref()?.work.digests.get(place)?))
         });
         states.collect::<Vec<_>>().join(", ")
     }
