@@ -1,0 +1,63 @@
+//! A median with what is known about it.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Interval, interval_of_rounds, median, median_interval};
+
+/// A median with what is known about it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    pub median: f64,
+    /// `None` where there are too few samples for one, or where they are not independent.
+    pub interval: Option<Interval>,
+    /// The number of samples: rounds, each in processes of their own.
+    pub samples: usize,
+}
+
+impl Estimate {
+    /// From independent samples in any order; `None` without samples.
+    pub fn of(samples: &[f64]) -> Option<Estimate> {
+        let median = median(samples)?;
+        Some(Estimate { median, interval: median_interval(samples), samples: samples.len() })
+    }
+
+    /// From rounds in the order in which they were measured: the interval is wider where neighbouring rounds resemble
+    /// one another, and missing where they do so much. `None` without rounds.
+    pub fn of_rounds(rounds: &[f64]) -> Option<Estimate> {
+        let median = median(rounds)?;
+        Some(Estimate { median, interval: interval_of_rounds(rounds).ok(), samples: rounds.len() })
+    }
+
+    /// The same in another unit.
+    pub fn scaled(self, factor: f64) -> Estimate {
+        self.map(|value| value * factor)
+    }
+
+    /// The same of another quantity, which grows with this one.
+    pub fn map(self, increasing: impl Fn(f64) -> f64) -> Estimate {
+        let interval = self.interval.map(|i| Interval { low: increasing(i.low), high: increasing(i.high) });
+        Estimate { median: increasing(self.median), interval, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_estimate_may_change_its_unit_and_its_scale() {
+        let seconds = Estimate::of(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]).unwrap();
+        let milliseconds = seconds.scaled(1e3);
+        assert_eq!((milliseconds.median, milliseconds.samples), (4e3, 7));
+        assert_eq!(milliseconds.interval, Some(Interval { low: 1e3, high: 7e3 }));
+        assert_eq!(seconds.map(f64::exp).interval.unwrap().high, 7f64.exp());
+    }
+
+    #[test]
+    fn rounds_in_a_trend_have_a_median_but_no_interval() {
+        let trend: Vec<f64> = (0..12).map(f64::from).collect();
+        let estimate = Estimate::of_rounds(&trend).unwrap();
+        assert_eq!((estimate.median, estimate.interval), (5.5, None));
+        assert!(Estimate::of(&trend).unwrap().interval.is_some());
+    }
+}
