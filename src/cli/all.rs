@@ -3,6 +3,7 @@ use clap::Args;
 
 use crate::cli::Exit;
 use crate::cli::measure::{Measure, every_experiment};
+use crate::cli::output::Output;
 
 #[derive(Debug, Args)]
 pub struct All {
@@ -11,7 +12,7 @@ pub struct All {
 }
 
 impl All {
-    pub fn run(self) -> Result<Exit> {
-        self.measure.run(&every_experiment(), "all")
+    pub fn run(self, output: Output) -> Result<Exit> {
+        self.measure.run(&every_experiment(), "all", output)
     }
 }

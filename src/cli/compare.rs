@@ -1,4 +1,3 @@
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -7,6 +6,7 @@ use clap::Args;
 use crate::base::files::write_whole;
 use crate::base::input::InputError;
 use crate::cli::Exit;
+use crate::cli::output::Output;
 use crate::report::chart::svg_to_png;
 use crate::report::compare::Comparison;
 use crate::report::measured::Measured;
@@ -21,17 +21,23 @@ pub struct Compare {
     /// Folder for compare.md, compare.csv and the figure
     #[arg(long, short)]
     output: Option<PathBuf>,
+    /// Exit with 1 if a later run is slower than the first on the same machine
+    #[arg(long)]
+    strict: bool,
 }
 
 impl Compare {
-    pub fn run(self) -> Result<Exit> {
+    pub fn run(self, output: Output) -> Result<Exit> {
         let runs = self.read()?;
         let comparison = Comparison::new(&runs);
         let text = markdown(&comparison);
-        let mut out = std::io::stdout().lock();
-        write!(out, "{text}")?;
+        output.show(&comparison.rows(), |out| write!(out, "{text}"))?;
         for odd in comparison.odd_states() {
             eprintln!("repro: {odd}");
+        }
+        let regressions = comparison.regressions();
+        for regression in &regressions {
+            eprintln!("repro: slower: {regression}");
         }
         if let Some(folder) = &self.output {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
@@ -43,7 +49,13 @@ impl Compare {
                 write_whole(&folder.join("compare.png"), &svg_to_png(&svg, PNG_WIDTH)?)?;
             }
         }
-        Ok(if comparison.comparable() == 0 { Exit::Incomparable } else { Exit::Done })
+        Ok(if comparison.comparable() == 0 {
+            Exit::Incomparable
+        } else if self.strict && !regressions.is_empty() {
+            Exit::ClaimFails
+        } else {
+            Exit::Done
+        })
     }
 
     /// The runs with names that tell them apart.

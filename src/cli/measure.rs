@@ -1,19 +1,21 @@
 //! What `all` and `run` share: a plan is run in a folder and reported on.
 
-use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
+use serde::Serialize;
 
 use crate::cli::Exit;
+use crate::cli::output::Output;
 use crate::experiment::calibration::Calibration;
 use crate::experiment::library;
 use crate::experiment::machine::Machine;
 use crate::experiment::plan::Plan;
 use crate::experiment::run::{Existing, Run, default_folder};
+use crate::experiment::selection::Selection;
 use crate::experiment::spec::{Experiment, Mode};
-use crate::report::claim::Verdict;
+use crate::report::claim::Judged;
 use crate::report::page;
 
 #[derive(Debug, Args)]
@@ -46,6 +48,12 @@ pub struct Measure {
     /// Remove the run in the folder and start anew
     #[arg(long)]
     fresh: bool,
+    /// Run again, as a whole, the rounds of the run in the folder in which a trial failed
+    #[arg(long, conflicts_with = "fresh")]
+    retry_failed: bool,
+    /// Measure only timed cells with these values of a setting, as in `threads=1,2`; may be given several times
+    #[arg(long, value_name = "SETTING=VALUES")]
+    filter: Vec<Selection>,
     /// A name for this machine in tables and folders [default: from the processor]
     #[arg(long)]
     alias: Option<String>,
@@ -56,26 +64,41 @@ pub struct Measure {
 
 impl Measure {
     /// Runs `experiments` and reports on them; `verb` stands in the record as the command.
-    pub fn run(&self, experiments: &[String], verb: &str) -> Result<Exit> {
+    pub fn run(&self, experiments: &[String], verb: &str, output: Output) -> Result<Exit> {
         let mode = self.mode.mode();
-        let experiments: Vec<Experiment> = load(experiments)?;
+        let mut experiments: Vec<Experiment> = load(experiments)?;
+        for experiment in &mut experiments {
+            experiment.filter = self.filter.clone();
+        }
         let machine = Machine::observe(std::path::Path::new("/"), self.alias.as_deref());
         let plan = Plan::new(experiments, mode, Calibration::measure()?)?;
         let folder = self.output.clone().unwrap_or_else(|| default_folder(&machine));
-        let existing = if self.fresh { Existing::Fresh } else { Existing::Resume };
-        let command = match mode {
-            Mode::Default => format!("repro {verb}"),
-            other => format!("repro {verb} --{}", other.name()),
+        let existing = match (self.fresh, self.retry_failed) {
+            (true, _) => Existing::Fresh,
+            (_, true) => Existing::RetryFailed,
+            _ => Existing::Resume,
         };
+        let command = self.command(verb);
         let mut run = Run::open(&folder, &plan, &machine, &command, existing)?;
         eprintln!("{}: {command}, about {:.0} min", folder.display(), (plan.estimate_s() / 60.0).ceil());
         run.complete(&plan)?;
         let written = page::write(&folder)?;
-        let mut out = std::io::stdout().lock();
-        for file in &written.files {
-            writeln!(out, "{}", folder.join(file).display()).context("cannot print")?;
-        }
+        output.show(&Shown::of(&written), |out| {
+            written.files.iter().try_for_each(|file| writeln!(out, "{}", folder.join(file).display()))
+        })?;
         Ok(self.exit(&written))
+    }
+
+    /// The command as a run records it: without paths, and without what changes no number.
+    fn command(&self, verb: &str) -> String {
+        let mut command = format!("repro {verb}");
+        if self.mode.mode() != Mode::Default {
+            command += &format!(" --{}", self.mode.mode().name());
+        }
+        for filter in &self.filter {
+            command += &format!(" --filter {}", filter.in_words());
+        }
+        command
     }
 
     fn exit(&self, written: &page::Written) -> Exit {
@@ -83,10 +106,45 @@ impl Measure {
             Exit::NothingMeasured
         } else if written.failed_trials > 0 {
             Exit::Incomplete
-        } else if self.strict && written.judged.iter().any(|j| j.verdict == Verdict::Fails) {
+        } else if self.strict && written.has_failing_claim() {
             Exit::ClaimFails
         } else {
             Exit::Done
+        }
+    }
+}
+
+/// What a run came to, as JSON.
+#[derive(Debug, Serialize)]
+pub struct Shown<'a> {
+    /// Below the run folder.
+    files: &'a [String],
+    ok_trials: usize,
+    failed_trials: usize,
+    claims: Vec<ShownClaim<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct ShownClaim<'a> {
+    claim: &'a str,
+    judged_by: &'a str,
+    verdict: &'a str,
+    reason: &'a str,
+}
+
+impl<'a> Shown<'a> {
+    pub fn of(written: &'a page::Written) -> Shown<'a> {
+        let claim = |judged: &'a Judged| ShownClaim {
+            claim: &judged.claim.id,
+            judged_by: &judged.judgement.name,
+            verdict: judged.verdict.name(),
+            reason: judged.verdict.reason(),
+        };
+        Shown {
+            files: &written.files,
+            ok_trials: written.ok_trials,
+            failed_trials: written.failed_trials,
+            claims: written.judged.iter().map(claim).collect(),
         }
     }
 }

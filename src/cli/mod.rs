@@ -2,14 +2,18 @@
 
 mod all;
 mod compare;
+mod completions;
 mod engine_options;
 mod list;
 mod machine;
 mod measure;
+mod output;
 mod plan;
 mod report;
 mod run;
+mod schema;
 mod simulate;
+mod status;
 mod trial;
 
 use std::process::ExitCode;
@@ -19,7 +23,9 @@ use clap::{Parser, Subcommand};
 
 use crate::base::input::InputError;
 use crate::base::parallel::ThreadsUnavailable;
+use crate::cli::output::Output;
 use crate::engine::search::grid::TooManyBuckets;
+use crate::experiment::gate::MachineRefused;
 use crate::experiment::interrupt::Interrupted;
 
 /// Reruns, measures and judges a published speed-up of the neighbour search in the MPS particle method.
@@ -28,11 +34,15 @@ use crate::experiment::interrupt::Interrupted;
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,
+    /// Print one JSON document instead of text
+    #[arg(long, global = true)]
+    json: bool,
 }
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 a claim fails (only with --strict); 2 the command or a file cannot be used; 3 incomplete: a trial \
-failed, a simulation broke down or something could not be written; 5 nothing was measured; 6 no cell of the runs can be \
+failed, a simulation broke down or something could not be written; 4 the machine is refused: too busy for the \
+experiment's gate, or not the run's; 5 nothing was measured; 6 no cell of the runs can be \
 compared; 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
@@ -45,6 +55,8 @@ enum Verb {
     List(list::List),
     /// Shows what a run would do and how long it would take, without running it.
     Plan(plan::PlanVerb),
+    /// Says how far a run is: what is missing of it, and what failed.
+    Status(status::Status),
     /// Shows what this machine is, as a run records it.
     Machine(machine::MachineVerb),
     /// Renders a run folder's tables, figures, claims and report anew from its records.
@@ -53,6 +65,10 @@ enum Verb {
     Compare(compare::Compare),
     /// Simulates one scene.
     Simulate(Box<simulate::Simulate>),
+    /// Prints the JSON Schema of experiment files.
+    Schema(schema::Schema),
+    /// Prints a shell's completions of this command.
+    Completions(completions::Completions),
     /// Runs one trial, described on standard input: how this program starts itself.
     #[command(hide = true)]
     Trial(trial::Trial),
@@ -65,6 +81,7 @@ pub enum Exit {
     ClaimFails = 1,
     Usage = 2,
     Incomplete = 3,
+    MachineRefused = 4,
     NothingMeasured = 5,
     Incomparable = 6,
     Interrupted = 130,
@@ -78,15 +95,19 @@ impl From<Exit> for ExitCode {
 
 impl Cli {
     pub fn run(self) -> Result<Exit> {
+        let output = Output { json: self.json };
         match self.verb {
-            Verb::All(verb) => verb.run(),
-            Verb::Run(verb) => verb.run(),
-            Verb::List(verb) => verb.run(),
-            Verb::Plan(verb) => verb.run(),
-            Verb::Machine(verb) => verb.run(),
-            Verb::Report(verb) => verb.run(),
-            Verb::Compare(verb) => verb.run(),
-            Verb::Simulate(verb) => verb.run(),
+            Verb::All(verb) => verb.run(output),
+            Verb::Run(verb) => verb.run(output),
+            Verb::List(verb) => verb.run(output),
+            Verb::Plan(verb) => verb.run(output),
+            Verb::Status(verb) => verb.run(output),
+            Verb::Machine(verb) => verb.run(output),
+            Verb::Report(verb) => verb.run(output),
+            Verb::Compare(verb) => verb.run(output),
+            Verb::Simulate(verb) => verb.run(output),
+            Verb::Schema(verb) => verb.run(),
+            Verb::Completions(verb) => verb.run(),
             Verb::Trial(verb) => verb.run(),
         }
     }
@@ -96,6 +117,8 @@ impl Cli {
 pub fn exit_code(error: &anyhow::Error) -> Exit {
     if error.is::<Interrupted>() {
         Exit::Interrupted
+    } else if error.is::<MachineRefused>() {
+        Exit::MachineRefused
     } else if error.is::<InputError>() || error.is::<TooManyBuckets>() || error.is::<ThreadsUnavailable>() {
         Exit::Usage
     } else {

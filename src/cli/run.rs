@@ -3,6 +3,7 @@ use clap::Args;
 
 use crate::cli::Exit;
 use crate::cli::measure::{Measure, load};
+use crate::cli::output::Output;
 
 #[derive(Debug, Args)]
 pub struct Run {
@@ -13,9 +14,9 @@ pub struct Run {
 }
 
 impl Run {
-    pub fn run(self) -> Result<Exit> {
+    pub fn run(self, output: Output) -> Result<Exit> {
         let names = [self.experiment];
         let id = load(&names)?.remove(0).id;
-        self.measure.run(&names, &format!("run {id}"))
+        self.measure.run(&names, &format!("run {id}"), output)
     }
 }

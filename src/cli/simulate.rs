@@ -1,5 +1,6 @@
+use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -11,6 +12,7 @@ use crate::base::files::is_leftover;
 use crate::base::input::InputError;
 use crate::cli::Exit;
 use crate::cli::engine_options::EngineOptions;
+use crate::cli::output::Output;
 use crate::engine::diagnostics::{FlowState, LeakWatch, digest};
 use crate::engine::particles::Kind;
 use crate::engine::simulation::{self, Simulation, Start, StepReport};
@@ -59,7 +61,7 @@ struct Timing {
 }
 
 impl Simulate {
-    pub fn run(self) -> Result<Exit> {
+    pub fn run(self, output: Output) -> Result<Exit> {
         let scene = library::load(&self.scene, &self.set)?;
         scene.require_memory(&self.scene, 1, memory::available_bytes())?;
         let options = self.engine.resolve()?;
@@ -75,7 +77,9 @@ impl Simulate {
         let mut leaks = LeakWatch::new(&particles, scene.particle_distance_m);
         let (last, wall_s) = self.advance(&scene, &mut *simulation, &mut clock, &mut leaks)?;
         self.write_timings(&clock, last.step as u64, wall_s)?;
-        self.print(&*simulation, &last, leaks.count(), wall_s)
+        let ended = Ended::new(&*simulation, &last, leaks.count(), wall_s);
+        output.show(&ended, |out| ended.print(out))?;
+        Ok(Exit::Done)
     }
 
     /// Refuses outputs that cannot be written before any work is done.
@@ -140,37 +144,87 @@ impl Simulate {
         rows.push(Timing { phase: "total", calls: steps, time_s: wall_s });
         write_csv(file, &rows)
     }
+}
 
-    fn print(
-        &self,
-        simulation: &dyn Simulation,
-        last: &StepReport,
-        leaks: usize,
-        wall_s: f64,
-    ) -> Result<Exit> {
+/// The state in which a simulation ended.
+#[derive(Debug, Serialize)]
+struct Ended {
+    particles: usize,
+    particles_by_kind: BTreeMap<&'static str, usize>,
+    leaks: usize,
+    steps: usize,
+    wall_s: f64,
+    bytes_per_particle: f64,
+    front_max_m: f64,
+    front_p99_m: f64,
+    top_m: f64,
+    max_speed_m_s: f64,
+    max_pressure_fluid_pa: f64,
+    max_pressure_pa: f64,
+    /// Of the last step; `None` where the scene names no pressure.
+    pressure: Option<LastSolve>,
+    digest: String,
+}
+
+#[derive(Debug, Serialize)]
+struct LastSolve {
+    surface: usize,
+    unknowns: usize,
+    cg_iterations: usize,
+    cg_residual: f64,
+}
+
+impl Ended {
+    fn new(simulation: &dyn Simulation, last: &StepReport, leaks: usize, wall_s: f64) -> Ended {
         let particles = simulation.particles();
         let flow = FlowState::of(particles);
-        let mut out = std::io::stdout().lock();
-        let counts = Kind::ALL.map(|kind| format!("{} {}", particles.count(kind), kind.name()));
-        writeln!(out, "particles {} ({})", particles.len(), counts.join(", "))?;
-        writeln!(out, "leaks {leaks}")?;
-        writeln!(out, "steps {}", last.step)?;
-        writeln!(out, "wall_s {wall_s:.3}")?;
-        writeln!(out, "bytes_per_particle {:.0}", simulation.bytes() as f64 / particles.len() as f64)?;
-        writeln!(out, "front_max_m {:.9}", flow.front_max_m)?;
-        writeln!(out, "front_p99_m {:.9}", flow.front_p99_m)?;
-        writeln!(out, "top_m {:.9}", flow.top_m)?;
-        writeln!(out, "max_speed_m_s {:.6}", flow.max_speed_m_s)?;
-        writeln!(out, "max_pressure_fluid_pa {:.4}", flow.max_pressure_fluid_pa)?;
-        writeln!(out, "max_pressure_pa {:.4}", flow.max_pressure_pa)?;
-        if let Some(pressure) = last.pressure {
+        Ended {
+            particles: particles.len(),
+            particles_by_kind: Kind::ALL
+                .into_iter()
+                .map(|kind| (kind.name(), particles.count(kind)))
+                .collect(),
+            leaks,
+            steps: last.step,
+            wall_s,
+            bytes_per_particle: simulation.bytes() as f64 / particles.len() as f64,
+            front_max_m: flow.front_max_m,
+            front_p99_m: flow.front_p99_m,
+            top_m: flow.top_m,
+            max_speed_m_s: flow.max_speed_m_s,
+            max_pressure_fluid_pa: flow.max_pressure_fluid_pa,
+            max_pressure_pa: flow.max_pressure_pa,
+            pressure: last.pressure.map(|pressure| LastSolve {
+                surface: pressure.surface,
+                unknowns: pressure.unknowns,
+                cg_iterations: pressure.cg.iterations,
+                cg_residual: pressure.cg.residual,
+            }),
+            digest: digest(particles),
+        }
+    }
+
+    fn print(&self, out: &mut dyn Write) -> io::Result<()> {
+        let counts: Vec<String> =
+            self.particles_by_kind.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+        writeln!(out, "particles {} ({})", self.particles, counts.join(", "))?;
+        writeln!(out, "leaks {}", self.leaks)?;
+        writeln!(out, "steps {}", self.steps)?;
+        writeln!(out, "wall_s {:.3}", self.wall_s)?;
+        writeln!(out, "bytes_per_particle {:.0}", self.bytes_per_particle)?;
+        writeln!(out, "front_max_m {:.9}", self.front_max_m)?;
+        writeln!(out, "front_p99_m {:.9}", self.front_p99_m)?;
+        writeln!(out, "top_m {:.9}", self.top_m)?;
+        writeln!(out, "max_speed_m_s {:.6}", self.max_speed_m_s)?;
+        writeln!(out, "max_pressure_fluid_pa {:.4}", self.max_pressure_fluid_pa)?;
+        writeln!(out, "max_pressure_pa {:.4}", self.max_pressure_pa)?;
+        if let Some(pressure) = &self.pressure {
             writeln!(out, "surface {}", pressure.surface)?;
             writeln!(out, "unknowns {}", pressure.unknowns)?;
-            writeln!(out, "cg_iterations {}", pressure.cg.iterations)?;
-            writeln!(out, "cg_residual {:e}", pressure.cg.residual)?;
+            writeln!(out, "cg_iterations {}", pressure.cg_iterations)?;
+            writeln!(out, "cg_residual {:e}", pressure.cg_residual)?;
         }
-        writeln!(out, "digest {}", digest(particles))?;
-        Ok(Exit::Done)
+        writeln!(out, "digest {}", self.digest)
     }
 }
 

@@ -1,17 +1,15 @@
 //! Runs the rounds that are missing, each trial in a fresh process.
 
 use std::collections::BTreeMap;
-use std::io::{Read, Write};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::experiment::child::{self, Ended, Ending};
+use crate::experiment::gate::cpu_pressure;
 use crate::experiment::interrupt;
-use crate::experiment::machine::without_paths;
 use crate::experiment::observe::ObserveRequest;
 use crate::experiment::plan::{Plan, PlannedRound, PlannedTrial, TimedWork, Work};
 use crate::experiment::record::{RoundRecord, SCHEMA, Stage, StateDigest, Status, TrialRecord};
@@ -23,16 +21,31 @@ use crate::experiment::trial::{TimedRequest, TrialRequest};
 const LIMIT_FACTOR: f64 = 8.0;
 const LEAST_LIMIT: Duration = Duration::from_secs(120);
 
+/// What becomes of recorded rounds in which a trial failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failed {
+    /// They stay as they are.
+    Keep,
+    /// They are run again as a whole: pairing is within a round.
+    Retry,
+}
+
 /// Runs every round of `plan` that `folder` does not hold yet, in order.
-pub fn execute(plan: &Plan, folder: &Path) -> Result<()> {
+pub fn execute(plan: &Plan, folder: &Path, failed: Failed) -> Result<()> {
     let mut execution = Execution {
         plan,
         folder,
+        failed,
         progress: progress_bar(plan),
         known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
+        done: BTreeMap::new(),
     };
     for round in &plan.rounds {
-        execution.complete(round)?;
+        if execution.is_needed(round) {
+            execution.complete(round)?;
+        } else {
+            execution.pass_over(round);
+        }
     }
     execution.progress.finish_and_clear();
     Ok(())
@@ -53,28 +66,53 @@ fn milliseconds(seconds: f64) -> u64 {
 struct Execution<'a> {
     plan: &'a Plan,
     folder: &'a Path,
+    failed: Failed,
     progress: ProgressBar,
     /// Digests by step, for each of the plan's states.
     known: Vec<BTreeMap<usize, String>>,
+    /// What is recorded of each stage, by experiment: what decides whether it needs more rounds.
+    done: BTreeMap<(usize, Stage), Vec<RoundRecord>>,
 }
 
 impl Execution<'_> {
+    /// Whether the rounds before this one leave anything to find out.
+    fn is_needed(&self, round: &PlannedRound) -> bool {
+        let spec = &self.plan.experiments[round.experiment].spec;
+        let so_far = self.done.get(&(round.experiment, round.stage)).map_or(&[][..], Vec::as_slice);
+        spec.rounds(self.plan.mode, round.stage).is_none_or(|rounds| !rounds.are_enough(so_far))
+    }
+
     /// Runs a round unless it is recorded already.
     fn complete(&mut self, round: &PlannedRound) -> Result<()> {
         let id = &self.plan.experiments[round.experiment].spec.id;
         let path = RoundRecord::path(self.folder, id, round.stage, round.round);
-        if path.is_file() && self.states_are_there(round) {
-            let record = RoundRecord::read(&path)?;
-            for (planned, trial) in round.trials.iter().zip(&record.trials) {
-                self.remember(planned, trial, round);
+        let recorded = match path.is_file() && self.states_are_there(round) {
+            true => Some(RoundRecord::read(&path)?),
+            false => None,
+        };
+        let keep = |record: &RoundRecord| self.failed == Failed::Keep || !record.has_failures();
+        let record = match recorded.filter(keep) {
+            Some(record) => {
+                for (planned, trial) in round.trials.iter().zip(&record.trials) {
+                    self.remember(planned, trial, round);
+                }
+                self.pass_over(round);
+                record
             }
-            self.progress.inc(milliseconds(round.estimate_s()));
-            self.progress.reset_eta();
-            return Ok(());
-        }
-        let record = self.run_round(round)?;
-        require_states(round, &record)?;
-        record.write(self.folder)
+            None => {
+                let record = self.run_round(round)?;
+                require_states(round, &record)?;
+                record.write(self.folder)?;
+                record
+            }
+        };
+        self.done.entry((round.experiment, round.stage)).or_default().push(record);
+        Ok(())
+    }
+
+    fn pass_over(&self, round: &PlannedRound) {
+        self.progress.inc(milliseconds(round.estimate_s()));
+        self.progress.reset_eta();
     }
 
     /// The states that a timed trial starts from or leaves.
@@ -106,24 +144,30 @@ impl Execution<'_> {
     }
 
     fn run_round(&mut self, round: &PlannedRound) -> Result<RoundRecord> {
-        let experiment = &self.plan.experiments[round.experiment];
-        let (id, stage, number) = (&experiment.spec.id, round.stage.name(), round.round + 1);
-        let mut trials = Vec::new();
+        let spec = &self.plan.experiments[round.experiment].spec;
+        let (id, stage, number) = (&spec.id, round.stage.name(), round.round + 1);
+        let gate = spec.gate.filter(|_| round.stage != Stage::States);
+        let warning = gate.map(|gate| gate.pass(cpu_pressure)).transpose()?.flatten();
+        let (mut trials, mut log) = (Vec::new(), String::new());
         for (position, planned) in round.trials.iter().enumerate() {
             interrupt::check()?;
             let message = format!("{id}: {stage} round {number}, {} thread(s)", planned.threads);
             self.progress.set_message(message);
-            let trial = self.run_trial(planned, round, position)?;
+            let (trial, complaint) = self.run_trial(planned, round, position)?;
+            log += &log_entry(&trial, &complaint);
             self.remember(planned, &trial, round);
             trials.push(trial);
         }
-        Ok(RoundRecord {
+        let record = RoundRecord {
             schema_version: SCHEMA,
             experiment: id.clone(),
             stage: round.stage,
             round: round.round,
+            warning: warning.unwrap_or_default(),
             trials,
-        })
+        };
+        record.write_log(self.folder, &log)?;
+        Ok(record)
     }
 
     fn run_trial(
@@ -131,7 +175,7 @@ impl Execution<'_> {
         planned: &PlannedTrial,
         round: &PlannedRound,
         position: usize,
-    ) -> Result<TrialRecord> {
+    ) -> Result<(TrialRecord, String)> {
         let experiment = &self.plan.experiments[round.experiment];
         let (subject, variants, request) = match &planned.work {
             Work::Timed(timed) => {
@@ -151,10 +195,13 @@ impl Execution<'_> {
                 (run.id.clone(), vec![run.variant.clone()], TrialRequest::Observed(request))
             }
         };
-        let limit = LEAST_LIMIT.max(Duration::from_secs_f64(LIMIT_FACTOR * planned.estimate_s));
+        let limit = match experiment.spec.time_limit_s {
+            Some(limit_s) => Duration::from_secs_f64(limit_s),
+            None => LEAST_LIMIT.max(Duration::from_secs_f64(LIMIT_FACTOR * planned.estimate_s)),
+        };
         let (started_utc, began, done) = (now_utc(), Instant::now(), self.progress.position());
         let expected = milliseconds(planned.estimate_s);
-        let ending = run_child(&request, limit, |elapsed| {
+        let Ended { ending, complaint } = child::run(&request, limit, |elapsed| {
             let share = (elapsed.as_millis() as u64).min(expected * 95 / 100);
             self.progress.set_position(done + share);
         })?;
@@ -172,7 +219,7 @@ impl Execution<'_> {
             observation: None,
         };
         record.take(ending, &request, limit);
-        Ok(record)
+        Ok((record, complaint))
     }
 
     fn timed_request(&self, threads: usize, timed: &TimedWork, round: &PlannedRound) -> Result<TimedRequest> {
@@ -207,6 +254,21 @@ impl Execution<'_> {
     }
 }
 
+/// What the log says about a trial: how it ended, and what it wrote to standard error.
+fn log_entry(trial: &TrialRecord, complaint: &str) -> String {
+    let variants: Vec<String> = trial.variants.iter().map(|variant| variant.label()).collect();
+    format!(
+        "{} trial {} {}{} thread(s) {} [{}] {:.3} s\n{complaint}",
+        trial.started_utc,
+        trial.position,
+        if trial.subject.is_empty() { String::new() } else { format!("{} ", trial.subject) },
+        trial.threads,
+        trial.status.name(),
+        variants.join(", "),
+        trial.wall_s,
+    )
+}
+
 /// Without the states that one trial leaves, no later trial can start: its failure ends the run before it is recorded,
 /// so that the same command tries again.
 fn require_states(round: &PlannedRound, record: &RoundRecord) -> Result<()> {
@@ -230,6 +292,10 @@ impl TrialRecord {
                 (self.status, self.reason) = (Status::Failed, reason);
                 return;
             }
+            Ending::OutOfMemory(reason) => {
+                (self.status, self.reason) = (Status::OutOfMemory, reason);
+                return;
+            }
             Ending::Timeout => {
                 self.status = Status::Timeout;
                 self.reason = format!("took longer than its limit of {:.0} s", limit.as_secs_f64());
@@ -243,93 +309,5 @@ impl TrialRecord {
         if let Err(error) = taken {
             (self.status, self.reason) = (Status::Failed, format!("its answer cannot be read: {error}"));
         }
-    }
-}
-
-/// How a child ended.
-enum Ending {
-    Answer(Vec<u8>),
-    Failed(String),
-    Timeout,
-}
-
-/// Kills and reaps the child on every way out, so that nothing goes on computing beside the next trial.
-struct Reaped(Child);
-
-impl Drop for Reaped {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-fn run_child(request: &TrialRequest, limit: Duration, tick: impl Fn(Duration)) -> Result<Ending> {
-    let program = std::env::current_exe().context("cannot find this program's own file")?;
-    let child = Command::new(program)
-        .arg("trial")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .context("cannot start a trial's process")?;
-    let mut child = Reaped(child);
-    let (mut input, mut output, mut errors) =
-        match (child.0.stdin.take(), child.0.stdout.take(), child.0.stderr.take()) {
-            (Some(input), Some(output), Some(errors)) => (input, output, errors),
-            _ => anyhow::bail!("a trial's process has no pipes"),
-        };
-    let text = serde_json::to_vec(request)?;
-    // A child that died before it read its request shows in its exit status.
-    let _ = input.write_all(&text);
-    drop(input);
-    let (sender, receiver) = channel();
-    let reader = std::thread::spawn(move || {
-        let (mut answer, mut complaint) = (Vec::new(), String::new());
-        let read = output.read_to_end(&mut answer).is_ok();
-        let _ = errors.read_to_string(&mut complaint);
-        let _ = sender.send((read, answer, complaint));
-    });
-    let began = Instant::now();
-    let (read, answer, complaint) = loop {
-        match receiver.recv_timeout(Duration::from_millis(500)) {
-            Ok(result) => break result,
-            Err(RecvTimeoutError::Disconnected) => anyhow::bail!("a trial's pipes broke"),
-            Err(RecvTimeoutError::Timeout) => {
-                interrupt::check()?;
-                tick(began.elapsed());
-                if began.elapsed() > limit {
-                    return Ok(Ending::Timeout);
-                }
-            }
-        }
-    };
-    let _ = reader.join();
-    let status = child.0.wait().context("cannot wait for a trial's process")?;
-    interrupt::check()?;
-    if !status.success() || !read {
-        return Ok(Ending::Failed(format!("{} ({status})", reason(&complaint))));
-    }
-    Ok(Ending::Answer(answer))
-}
-
-/// What a child that failed said about it: its own error, or else the message of its panic, without paths.
-fn reason(complaint: &str) -> String {
-    let mut lines = complaint.lines();
-    let own = complaint.lines().find_map(|line| line.strip_prefix("repro: "));
-    let panic = lines.find(|line| line.contains("panicked at")).and_then(|_| lines.next());
-    without_paths(own.or(panic).unwrap_or("no reason given").trim())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reasons_are_what_went_wrong_and_nothing_else() {
-        let panic = "\nthread 'main' panicked at src/a.rs:1:2:\nindex out of bounds\nnote: run with ...\n";
-        assert_eq!(reason(panic), "index out of bounds");
-        assert_eq!(reason("warning: x\nrepro: step 3, phase cg: no\n"), "step 3, phase cg: no");
-        assert!(!reason("repro: cannot read /home/someone/states/particles.csv").contains("someone"));
-        assert_eq!(reason(""), "no reason given");
     }
 }

@@ -1,12 +1,14 @@
 //! Experiments: what to measure, and the measuring.
 //!
 //! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
-//! turns it into rounds of trials; `execute` runs them in child processes, each of which does what `trial` or `observe`
+//! turns it into rounds of trials; `execute` runs them, each in a `child`, which does what `trial` or `observe`
 //! says; `record` is what they leave behind, and `run` the folder that it is left in.
 
 pub mod calibration;
+pub mod child;
 pub mod execute;
 pub mod factors;
+pub mod gate;
 pub mod interrupt;
 pub mod known;
 pub mod library;
@@ -16,13 +18,18 @@ pub mod memory_order;
 pub mod observe;
 pub mod observed;
 pub mod pinning;
+pub mod placement;
 pub mod plan;
+pub mod progress;
 pub mod quantity;
 pub mod record;
 pub mod rounds;
 pub mod run;
+pub mod schema;
+pub mod selection;
 pub mod spec;
 pub mod states;
+pub mod stopping;
 pub mod sweep;
 pub mod timer;
 pub mod trial;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::base::input::{Check, InputError};
@@ -10,7 +11,7 @@ use crate::experiment::record::Variant;
 use crate::experiment::spec::{Mode, check_list, check_name, scene_sets};
 
 /// A scene to observe.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
     pub id: String,
@@ -20,9 +21,11 @@ pub struct Case {
     pub modes: Vec<Mode>,
     /// Changes to keys of the scene.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: BTreeMap<String, toml::Value>,
     /// Further changes in the quick mode.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub quick: BTreeMap<String, toml::Value>,
     /// Ids of the schemes it is observed with; all when left out.
     pub schemes: Option<Vec<String>>,
@@ -34,7 +37,7 @@ pub struct Case {
 }
 
 /// Bounds of a quantity, both included.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Criterion {
     pub quantity: Quantity,
@@ -43,12 +46,13 @@ pub struct Criterion {
 }
 
 /// Changes to a scene that every case is tried with.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scheme {
     pub id: String,
     pub title: String,
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: BTreeMap<String, toml::Value>,
 }
 

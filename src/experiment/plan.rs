@@ -6,12 +6,13 @@ use anyhow::Result;
 
 use crate::base::input::{Check, InputError};
 use crate::experiment::calibration::Calibration;
-use crate::experiment::factors::Factors;
+use crate::experiment::factors::{Factors, Usable};
 use crate::experiment::machine::{Topology, allowed_cpus};
 use crate::experiment::memory;
 use crate::experiment::observed::ObservedRun;
 use crate::experiment::record::{Stage, Variant, Window};
 use crate::experiment::rounds::RoundPlanner;
+use crate::experiment::selection::CellSettings;
 use crate::experiment::spec::{Experiment, Mode, Paired, Windows, scene_sets};
 use crate::experiment::states::States;
 use crate::scene::{Scene, library};
@@ -24,10 +25,8 @@ pub struct Plan {
     /// States that windows start from, each left by one run for all experiments that need it.
     pub states: Vec<States>,
     pub rounds: Vec<PlannedRound>,
-    /// Hardware threads that may be used here.
-    pub usable_threads: usize,
-    /// Physical cores among them.
-    pub usable_cores: usize,
+    /// What this machine offers to threads.
+    pub usable: Usable,
 }
 
 /// An experiment as this mode sees it.
@@ -45,10 +44,9 @@ pub struct Group {
     pub scene: Scene,
     pub sets: Vec<String>,
     pub particles: usize,
-    pub variants: Vec<Variant>,
-    /// Thread counts that this machine has the cores for.
-    pub threads: Vec<usize>,
-    /// Those that it has not.
+    /// The variants to measure on each number of threads that this machine has the hardware threads for.
+    pub cells: Vec<(usize, Vec<Variant>)>,
+    /// Numbers of threads that it has not.
     pub not_applicable: Vec<usize>,
     pub windows: Vec<Window>,
     /// Index into [`Plan::states`].
@@ -104,20 +102,28 @@ impl Plan {
     /// Plans `experiments` for this machine.
     pub fn new(experiments: Vec<Experiment>, mode: Mode, calibration: Calibration) -> Result<Plan> {
         let topology = Topology::read(Path::new("/"), &allowed_cpus());
-        let usable_threads = topology.usable_cores();
-        let usable_cores = topology.physical_cores().min(usable_threads);
+        Plan::on(Usable::of(&topology), experiments, mode, calibration)
+    }
+
+    /// Plans them for any machine.
+    pub fn on(
+        usable: Usable,
+        experiments: Vec<Experiment>,
+        mode: Mode,
+        calibration: Calibration,
+    ) -> Result<Plan> {
         let mut states = Vec::new();
         let experiments = experiments
             .into_iter()
-            .map(|spec| PlannedExperiment::new(spec, mode, usable_threads, &mut states))
+            .map(|spec| PlannedExperiment::new(spec, mode, usable, &mut states))
             .collect::<Result<Vec<_>, InputError>>()?;
         let mut rounds = Vec::new();
         let mut left = vec![false; states.len()];
         for (index, experiment) in experiments.iter().enumerate() {
             let planner = RoundPlanner { experiment, index, calibration, states: &states };
-            rounds.extend(planner.rounds(mode, usable_threads, &mut left));
+            rounds.extend(planner.rounds(mode, usable.threads, &mut left));
         }
-        Ok(Plan { mode, experiments, states, rounds, usable_threads, usable_cores })
+        Ok(Plan { mode, experiments, states, rounds, usable })
     }
 
     /// Seconds that all rounds will take.
@@ -150,12 +156,12 @@ impl PlannedExperiment {
     fn new(
         spec: Experiment,
         mode: Mode,
-        usable_threads: usize,
+        usable: Usable,
         states: &mut Vec<States>,
     ) -> Result<Self, InputError> {
         let groups = spec
             .groups(mode)
-            .map(|factors| Group::new(&spec, factors, mode, usable_threads, states))
+            .map(|factors| Group::new(&spec, factors, mode, usable, states))
             .collect::<Result<Vec<_>, _>>()?;
         let runs =
             spec.observed_runs(mode).into_iter().map(PlannedRun::new).collect::<Result<Vec<_>, _>>()?;
@@ -168,7 +174,7 @@ impl Group {
         spec: &Experiment,
         factors: &Factors,
         mode: Mode,
-        usable_threads: usize,
+        usable: Usable,
         states: &mut Vec<States>,
     ) -> Result<Self, InputError> {
         let measurement = spec.measurement(mode);
@@ -185,21 +191,27 @@ impl Group {
                 "variants of a group start from the same states: it may change effects and time step alone";
             Check { file: &spec.id }.require(same, "scheme", format!("`{}`", variant.scheme), allowed)?;
         }
-        scene.require_memory(&spec.scene, variants.len(), memory::available_bytes())?;
+        scene.require_memory(&spec.scene, variants.len() + 1, memory::available_bytes())?;
         let windows = match &measurement.paired {
             Some(paired) => windows_of(paired, &scene, &spec.id, mode)?,
             None => Vec::new(),
         };
-        let (applicable, not_applicable) =
-            factors.thread_counts(usable_threads).into_iter().partition(|&count| count <= usable_threads);
+        let (applicable, not_applicable): (Vec<usize>, Vec<usize>) =
+            factors.thread_counts(usable).into_iter().partition(|&count| count <= usable.threads);
+        let measured = |threads: usize| {
+            let wanted = |variant: &&Variant| {
+                spec.left_out(CellSettings { group: &factors.name, threads, variant }).is_none()
+            };
+            (threads, variants.iter().filter(wanted).cloned().collect::<Vec<_>>())
+        };
+        let cells = applicable.into_iter().map(measured).filter(|(_, variants)| !variants.is_empty());
         Ok(Group {
             name: factors.name.clone(),
             states: States::needed(states, &scene, spec.fixed.cg_tolerance, &windows),
             scene,
             sets,
             particles: initial.len(),
-            variants,
-            threads: applicable,
+            cells: cells.collect(),
             not_applicable,
             windows,
         })
@@ -251,12 +263,19 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
+    use crate::experiment::stopping::Rounds;
 
     const CALIBRATION: Calibration = Calibration { s_per_particle_step: 1e-6 };
 
     #[test]
     fn windows_lie_in_the_middle_of_equal_parts() {
-        let paired = Paired { rounds: 1, windows: Windows::Spread(8), warmup_steps: 1, steps: 6 };
+        let paired = Paired {
+            rounds: Rounds::Fixed(1),
+            windows: Windows::Spread(8),
+            warmup_steps: 1,
+            steps: 6,
+            control: false,
+        };
         let windows = windows(&paired, 667);
         assert_eq!(windows[0].start_step, 38);
         assert_eq!(windows[7].start_step, 621);

@@ -1,9 +1,10 @@
 //! What is observed of a run: numbers with a name, a unit and a meaning.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A number that a run ends with. One that has no meaning for a scene, such as a depth without gravity, is absent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     Fluid,

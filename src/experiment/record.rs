@@ -8,6 +8,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::base::files::write_whole;
@@ -22,7 +23,7 @@ use crate::experiment::quantity::Quantity;
 pub const SCHEMA: u32 = 2;
 
 /// One way to compute a step, as recorded: a preset and the options that an experiment sets.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variant {
     pub preset: String,
@@ -39,6 +40,9 @@ pub struct Variant {
     pub scheme: String,
     /// What that scheme changes, as `key=value`.
     pub scene_changes: Vec<String>,
+    /// Whether it is a second copy of another variant, measured for the noise floor.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub control: bool,
 }
 
 /// The paper's settings or, where it is silent, those that ARCHITECTURE.md gives reasons for.
@@ -55,6 +59,7 @@ impl Default for Variant {
             cg_tolerance: CgParams::DEFAULT_TOLERANCE,
             scheme: String::new(),
             scene_changes: Vec::new(),
+            control: false,
         }
     }
 }
@@ -111,6 +116,9 @@ impl Variant {
         ];
         let differing = named.into_iter().filter(|(_, value, usual)| value != usual);
         parts.extend(differing.map(|(name, value, _)| format!("{name}={value}")));
+        if self.control {
+            parts.push("control".to_string());
+        }
         parts.join("/")
     }
 
@@ -164,7 +172,11 @@ pub enum Status {
     Ok,
     Failed,
     Timeout,
-    /// The machine cannot run the cell, so nobody tried.
+    /// The system had no memory left for it.
+    OutOfMemory,
+    /// The command did not ask for the cell.
+    Skipped,
+    /// The machine cannot run the cell, or the experiment excludes it, so nobody tried.
     NotApplicable,
 }
 
@@ -174,6 +186,8 @@ impl Status {
             Status::Ok => "ok",
             Status::Failed => "failed",
             Status::Timeout => "timeout",
+            Status::OutOfMemory => "out_of_memory",
+            Status::Skipped => "skipped",
             Status::NotApplicable => "not_applicable",
         }
     }
@@ -327,6 +341,9 @@ pub struct RoundRecord {
     pub experiment: String,
     pub stage: Stage,
     pub round: usize,
+    /// What the gate found, where the machine was busier than it allows; empty otherwise.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub warning: String,
     pub trials: Vec<TrialRecord>,
 }
 
@@ -334,6 +351,19 @@ impl RoundRecord {
     /// Where the round lies in a run folder.
     pub fn path(folder: &Path, experiment: &str, stage: Stage, round: usize) -> PathBuf {
         folder.join("rounds").join(format!("{experiment}-{}-{round:03}.json", stage.name()))
+    }
+
+    /// Whether a trial ended without an answer.
+    pub fn has_failures(&self) -> bool {
+        self.trials.iter().any(|trial| trial.status != Status::Ok)
+    }
+
+    /// Writes what the round's processes had to say, beside the records.
+    pub fn write_log(&self, folder: &Path, text: &str) -> Result<()> {
+        let logs = folder.join("logs");
+        std::fs::create_dir_all(&logs).with_context(|| format!("cannot create {}", logs.display()))?;
+        let name = format!("{}-{}-{:03}.log", self.experiment, self.stage.name(), self.round);
+        write_whole(&logs.join(&name), text.as_bytes()).with_context(|| format!("cannot write logs/{name}"))
     }
 
     pub fn write(&self, folder: &Path) -> Result<()> {

@@ -4,7 +4,7 @@ use crate::engine::preset::Preset;
 use crate::experiment::calibration::Calibration;
 use crate::experiment::plan::{PlannedExperiment, PlannedRound, PlannedRun, PlannedTrial, TimedWork, Work};
 use crate::experiment::record::{Stage, Variant, Window};
-use crate::experiment::spec::{Mode, Whole};
+use crate::experiment::spec::{Mode, Paired, Whole};
 use crate::experiment::states::States;
 
 /// Makes the rounds of one experiment.
@@ -23,10 +23,13 @@ impl RoundPlanner<'_> {
         let measurement = self.experiment.spec.measurement(mode);
         let mut rounds = Vec::new();
         if let Some(whole) = &measurement.whole {
-            rounds.extend((0..whole.rounds).map(|round| self.whole(whole, round)));
+            rounds.extend((0..whole.rounds.most()).map(|round| self.whole(whole, round)));
         }
         for (k, group) in self.experiment.groups.iter().enumerate() {
-            if group.windows.is_empty() || std::mem::replace(&mut left[group.states], true) {
+            if group.windows.is_empty()
+                || group.cells.is_empty()
+                || std::mem::replace(&mut left[group.states], true)
+            {
                 continue;
             }
             let answer = self.states[group.states].variant();
@@ -41,11 +44,12 @@ impl RoundPlanner<'_> {
             }
         }
         if let Some(paired) = &measurement.paired {
-            rounds.extend((0..paired.rounds).map(|round| self.paired(round)));
+            rounds.extend((0..paired.rounds.most()).map(|round| self.paired(paired, round)));
         }
         if let Some(observed) = &measurement.observed {
             rounds.extend((0..observed.rounds).map(|round| self.observed(round, usable_threads)));
         }
+        rounds.retain(|round| !round.trials.is_empty());
         rounds
     }
 
@@ -72,8 +76,8 @@ impl RoundPlanner<'_> {
             let wanted = |variant: &&Variant| {
                 whole.distance_test.as_ref().is_none_or(|tests| tests.contains(&variant.distance_test))
             };
-            for variant in group.variants.iter().filter(wanted) {
-                for &threads in &group.threads {
+            for (threads, variants) in &group.cells {
+                for variant in variants.iter().filter(wanted) {
                     let work = TimedWork {
                         group: k,
                         variants: vec![variant.clone()],
@@ -81,7 +85,7 @@ impl RoundPlanner<'_> {
                         seed: random.u64(..),
                         saves_states: false,
                     };
-                    trials.push(self.timed(threads, work));
+                    trials.push(self.timed(*threads, work));
                 }
             }
         }
@@ -90,19 +94,21 @@ impl RoundPlanner<'_> {
     }
 
     /// One trial a group and thread count, with all variants in lock step.
-    fn paired(&self, round: usize) -> PlannedRound {
+    fn paired(&self, paired: &Paired, round: usize) -> PlannedRound {
         let mut random = self.random(Stage::Paired, round);
         let mut trials = Vec::new();
         for (k, group) in self.experiment.groups.iter().enumerate() {
-            for &threads in &group.threads {
+            for (threads, variants) in &group.cells {
+                let control = variants.first().filter(|_| paired.control);
+                let control = control.map(|first| Variant { control: true, ..first.clone() });
                 let work = TimedWork {
                     group: k,
-                    variants: group.variants.clone(),
+                    variants: variants.iter().cloned().chain(control).collect(),
                     windows: group.windows.clone(),
                     seed: random.u64(..),
                     saves_states: false,
                 };
-                trials.push(self.timed(threads, work));
+                trials.push(self.timed(*threads, work));
             }
         }
         random.shuffle(&mut trials);

@@ -9,9 +9,10 @@ use sha2::{Digest, Sha256};
 
 use crate::base::files::{is_leftover, write_whole};
 use crate::base::input::InputError;
-use crate::experiment::execute::execute;
+use crate::experiment::execute::{Failed, execute};
+use crate::experiment::factors::Usable;
 use crate::experiment::machine::{Machine, Reading};
-use crate::experiment::plan::{Plan, PlannedExperiment};
+use crate::experiment::plan::{Group, Plan, PlannedExperiment};
 use crate::experiment::record::SCHEMA;
 use crate::experiment::spec::{Experiment, Mode};
 use crate::scene::Scene;
@@ -50,6 +51,8 @@ pub const LAST_FILE: &str = "report.html";
 pub enum Existing {
     /// An unfinished run of the same plan goes on.
     Resume,
+    /// The same, and rounds in which a trial failed are run again, in a finished run too.
+    RetryFailed,
     /// A run that is there is removed first.
     Fresh,
 }
@@ -59,6 +62,7 @@ pub enum Existing {
 pub struct Run {
     pub folder: PathBuf,
     pub info: RunInfo,
+    existing: Existing,
     /// Held as long as the run is; a process that dies gives it back.
     _lock: File,
 }
@@ -104,23 +108,29 @@ impl Run {
                 let what = "holds a run of another plan, build or machine";
                 return Err(refused(folder, what.to_string()).into());
             }
-            if found.finished_utc.is_some() && folder.join(LAST_FILE).is_file() {
+            let finished = found.finished_utc.is_some() && folder.join(LAST_FILE).is_file();
+            if finished && existing != Existing::RetryFailed {
                 return Err(refused(folder, "holds a finished run".to_string()).into());
             }
             info = found;
+            if existing == Existing::RetryFailed {
+                info.finished_utc = None;
+                info.write(folder)?;
+            }
         } else {
             info.write(folder)?;
         }
         remove_leftovers(folder);
         let machine = serde_json::to_vec_pretty(machine)?;
         write_whole(&folder.join("machine.json"), &machine).context("cannot write machine.json")?;
-        Ok(Run { folder: folder.to_path_buf(), info, _lock: lock })
+        Ok(Run { folder: folder.to_path_buf(), info, existing, _lock: lock })
     }
 
     /// Runs what is missing and marks the run as finished. States, which only later rounds needed, are removed.
     pub fn complete(&mut self, plan: &Plan) -> Result<()> {
         if self.info.finished_utc.is_none() {
-            execute(plan, &self.folder)?;
+            let retry = self.existing == Existing::RetryFailed;
+            execute(plan, &self.folder, if retry { Failed::Retry } else { Failed::Keep })?;
             self.info.finished_utc = Some(now_utc());
             self.info.write(&self.folder)?;
         }
@@ -136,9 +146,9 @@ impl RunInfo {
         let experiments: Vec<Experiment> = plan.experiments.iter().map(|e| e.spec.clone()).collect();
         let source_hash = fact("source_hash");
         let identity = format!(
-            "{experiments:?} {:?} {} {source_hash} {} {} {} {:?}",
+            "{experiments:?} {:?} {:?} {source_hash} {} {} {} {:?}",
             plan.mode,
-            plan.usable_threads,
+            plan.usable,
             machine.machine_id,
             fact("compiler"),
             fact("rustflags"),
@@ -154,14 +164,19 @@ impl RunInfo {
             plan_id,
             machine_alias: machine.alias.clone(),
             machine_id: machine.machine_id.clone(),
-            usable_threads: plan.usable_threads,
-            usable_cores: plan.usable_cores,
+            usable_threads: plan.usable.threads,
+            usable_cores: plan.usable.cores,
             commit: fact("commit"),
             source_hash,
             created_utc: now_utc(),
             finished_utc: None,
             experiments,
         }
+    }
+
+    /// What the machine of the run offered to threads.
+    pub fn usable(&self) -> Usable {
+        Usable { threads: self.usable_threads, cores: self.usable_cores }
     }
 
     pub fn read(folder: &Path) -> Result<RunInfo> {
@@ -186,13 +201,14 @@ impl RunInfo {
 }
 
 /// What a plan's identity depends on beside the experiments' own text: scene files, and the machine's thread counts.
-fn scenes(experiment: &PlannedExperiment) -> Vec<(&Scene, &[usize])> {
-    experiment.groups.iter().map(|group| (&group.scene, &group.threads[..])).collect()
+fn scenes(experiment: &PlannedExperiment) -> Vec<(&Scene, Vec<usize>)> {
+    let threads = |group: &Group| group.cells.iter().map(|(threads, _)| *threads).collect();
+    experiment.groups.iter().map(|group| (&group.scene, threads(group))).collect()
 }
 
 fn refused(folder: &Path, found: String) -> InputError {
     let allowed = "allowed are a new or empty folder, or an unfinished run of the same command; \
-                   `--fresh` starts a run folder anew, `--output` names another";
+                   `--fresh` starts a run folder anew, `--retry-failed` repeats what failed in it, `--output` names another";
     InputError::new("command line", "--output", format!("`{}`, which {found}", folder.display()), allowed)
 }
 
@@ -237,7 +253,7 @@ fn clear(folder: &Path) -> Result<()> {
             fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
     }
-    for name in ["rounds", "states", "tables", "figures"] {
+    for name in ["rounds", "states", "logs", "tables", "figures"] {
         let path = folder.join(name);
         if path.is_dir() {
             fs::remove_dir_all(&path).with_context(|| format!("cannot remove {}", path.display()))?;

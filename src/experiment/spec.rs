@@ -5,19 +5,23 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::base::input::{Check, InputError};
 use crate::experiment::factors::Factors;
+use crate::experiment::gate::Gate;
 use crate::experiment::observed::{Case, ObservedRun, Scheme};
-use crate::experiment::record::Variant;
+use crate::experiment::record::{Stage, Variant};
+use crate::experiment::selection::{CellSettings, Exclusion, Selection};
+use crate::experiment::stopping::Rounds;
 use crate::experiment::sweep::Sweep;
 
 /// The version of the experiment format.
 pub const SCHEMA: u32 = 2;
 
 /// How much time a run may take.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// Minutes, on a coarser scene: shows that everything works.
@@ -46,7 +50,7 @@ impl Mode {
 }
 
 /// One experiment.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
     pub schema: u32,
@@ -63,12 +67,26 @@ pub struct Experiment {
     /// Where threads are pinned: `off`, `close` or `spread`.
     #[serde(default = "close")]
     pub pin: String,
+    /// The claims of the paper that it feeds, by id.
+    #[serde(default)]
+    pub claims: Vec<String>,
+    /// Seconds after which a trial is stopped; eight times the plan's estimate, and two minutes at least, where left out.
+    pub time_limit_s: Option<f64>,
+    /// How quiet the machine must be when a round begins.
+    pub gate: Option<Gate>,
     /// Groups of timed cells.
     #[serde(default)]
     pub factors: Vec<Factors>,
     /// What a group that does not vary a setting computes with; the paper's setting where left out.
     #[serde(default)]
     pub fixed: Variant,
+    /// Timed cells that are left out, each with the reason.
+    #[serde(default)]
+    pub exclude: Vec<Exclusion>,
+    /// Which timed cells the command asked for; all that fit each of these.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(skip)]
+    pub filter: Vec<Selection>,
     /// Scenes to observe, each with every scheme.
     #[serde(default)]
     pub case: Vec<Case>,
@@ -86,7 +104,7 @@ fn close() -> String {
     "close".to_string()
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Modes {
     pub quick: Measurement,
@@ -95,11 +113,12 @@ pub struct Modes {
 }
 
 /// What one mode measures.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Measurement {
     /// Changes to keys of the timed cells' scene.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub scene: BTreeMap<String, toml::Value>,
     pub whole: Option<Whole>,
     pub paired: Option<Paired>,
@@ -107,26 +126,29 @@ pub struct Measurement {
 }
 
 /// Whole runs, one variant a process.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Whole {
-    pub rounds: usize,
+    pub rounds: Rounds,
     /// Only these distance tests; all of the factors' when left out.
     pub distance_test: Option<Vec<String>>,
 }
 
 /// All variants of a group and thread count in one process, in lock step through windows of states.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Paired {
-    pub rounds: usize,
+    pub rounds: Rounds,
     pub windows: Windows,
     pub warmup_steps: usize,
     pub steps: usize,
+    /// Measures the first variant of each group twice: how far two equal cells lie apart is the noise floor.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub control: bool,
 }
 
 /// Which states of a run windows start from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a number of windows, or a list of the steps after which they start")]
 pub enum Windows {
     /// So many, spread evenly from early to late.
@@ -135,8 +157,15 @@ pub enum Windows {
     After(Vec<usize>),
 }
 
+/// Why a cell is not measured.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LeftOut {
+    Excluded(String),
+    Skipped(String),
+}
+
 /// Observed runs, each as often as there are rounds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Observed {
     pub rounds: usize,
@@ -161,6 +190,16 @@ impl Experiment {
         let pin = self.pin.as_str();
         let allowed = "allowed are `off`, `close` or `spread`";
         check.require(matches!(pin, "off" | "close" | "spread"), "pin", pin, allowed)?;
+        check_list(check, "claims", &self.claims, true)?;
+        check.positive("time_limit_s", self.time_limit_s.unwrap_or(1.0))?;
+        if let Some(gate) = &self.gate {
+            gate.check(check)?;
+        }
+        for (k, exclusion) in self.exclude.iter().enumerate() {
+            exclusion.cells.check(check, &format!("exclude[{k}].where"))?;
+            let allowed = "a reason is needed: it stands in the rows of the cells";
+            check.require(!exclusion.reason.is_empty(), &format!("exclude[{k}].reason"), "empty", allowed)?;
+        }
         self.fixed.options(file)?;
         let allowed = "a scheme belongs to a group of `[[factors]]`, not to all of them";
         check.require(self.fixed.scheme.is_empty(), "fixed.scheme", &self.fixed.scheme, allowed)?;
@@ -252,6 +291,28 @@ impl Experiment {
         variants
     }
 
+    /// Why a cell is not measured, where it is not: the experiment excludes it, or the command did not ask for it.
+    pub fn left_out(&self, cell: CellSettings<'_>) -> Option<LeftOut> {
+        let excluded = self.exclude.iter().find(|exclusion| exclusion.cells.fits(cell));
+        let excluded = excluded.map(|exclusion| LeftOut::Excluded(exclusion.reason.clone()));
+        let unasked = || {
+            let filter = self.filter.iter().find(|filter| !filter.fits(cell))?;
+            Some(LeftOut::Skipped(format!("left out by the filter {}", filter.in_words())))
+        };
+        excluded.or_else(unasked)
+    }
+
+    /// The rounds of a stage; `None` where the mode has none, and for states, which are no round of measuring.
+    pub fn rounds(&self, mode: Mode, stage: Stage) -> Option<Rounds> {
+        let measurement = self.measurement(mode);
+        match stage {
+            Stage::States => None,
+            Stage::Whole => measurement.whole.as_ref().map(|whole| whole.rounds),
+            Stage::Paired => measurement.paired.as_ref().map(|paired| paired.rounds),
+            Stage::Observed => measurement.observed.as_ref().map(|observed| Rounds::Fixed(observed.rounds)),
+        }
+    }
+
     /// Everything that a mode observes.
     pub fn observed_runs(&self, mode: Mode) -> Vec<ObservedRun> {
         let cases = self.case.iter().filter(|case| case.modes.contains(&mode));
@@ -275,12 +336,14 @@ impl Measurement {
         let key = |name: &str| format!("mode.{}.{name}", mode.name());
         let counts = "allowed are 1 to 10000";
         let mut found = Vec::new();
-        found.extend(self.whole.iter().map(|whole| ("whole.rounds", whole.rounds)));
+        if let Some(whole) = &self.whole {
+            whole.rounds.check(check, &key("whole.rounds"))?;
+        }
         found.extend(self.observed.iter().map(|observed| ("observed.rounds", observed.rounds)));
         if let Some(paired) = &self.paired {
             let warmup = paired.warmup_steps;
             check.require(warmup <= 10_000, &key("paired.warmup_steps"), warmup, "allowed are 0 to 10000")?;
-            found.push(("paired.rounds", paired.rounds));
+            paired.rounds.check(check, &key("paired.rounds"))?;
             found.push(("paired.windows", paired.windows.count()));
             found.push(("paired.steps", paired.steps));
         }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::base::input::{Check, InputError};
@@ -10,7 +11,7 @@ use crate::experiment::record::{Variant, checked_tolerance};
 use crate::experiment::spec::{Mode, check_list, check_name, scene_sets};
 
 /// The settings that accuracy depends on.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     pub particle_distance_m: f64,
@@ -30,7 +31,7 @@ pub enum Knob {
 }
 
 /// A scene and the settings to try.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
     pub id: String,
@@ -40,6 +41,7 @@ pub struct Sweep {
     pub modes: Vec<Mode>,
     /// Changes to keys of the scene for all its runs.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: BTreeMap<String, toml::Value>,
     /// What a run is wrong by.
     pub error: ErrorOf,
@@ -55,7 +57,7 @@ pub struct Sweep {
 }
 
 /// Where the error of a run comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorOf {
     /// The mean pressure profile against `rho g h`.
@@ -64,7 +66,7 @@ pub enum ErrorOf {
     Front,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Random {
     pub count: usize,

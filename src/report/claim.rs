@@ -271,6 +271,7 @@ fn late_over_early(windows: &[WindowSample], quantity: Quantity) -> Option<f64> 
 mod tests {
     use super::*;
     use crate::base::statistics::Interval;
+    use crate::experiment::factors::Usable;
     use crate::experiment::record::Variant;
     use crate::experiment::spec::Mode;
 
@@ -303,12 +304,26 @@ mod tests {
     }
 
     #[test]
+    fn experiments_name_the_claims_that_they_feed() {
+        for name in crate::experiment::library::names() {
+            let fed: Vec<String> = load()
+                .into_iter()
+                .filter(|claim| claim.estimate.experiment == name)
+                .map(|claim| claim.id)
+                .collect();
+            assert_eq!(crate::experiment::library::load(name).unwrap().claims, fed, "{name}");
+        }
+    }
+
+    #[test]
     fn every_claim_names_an_experiment_and_presets_that_exist() {
         for claim in load() {
             let experiment = crate::experiment::library::load(&claim.estimate.experiment).unwrap();
             let groups = || experiment.groups(Mode::Default);
             for cell in std::iter::once(&claim.estimate.of).chain(&claim.estimate.over) {
-                let threads = groups().any(|group| group.thread_counts(1).contains(&cell.threads));
+                let threads = groups().any(|group| {
+                    group.thread_counts(Usable { threads: 1, cores: 1 }).contains(&cell.threads)
+                });
                 let variants = groups().flat_map(|group| experiment.variants(group));
                 let known = |v: Variant| v.preset == cell.preset && v.distance_test == cell.distance_test;
                 assert!(threads && variants.into_iter().any(known), "{}", claim.id);

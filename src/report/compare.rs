@@ -123,6 +123,33 @@ impl<'a> Comparison<'a> {
         self.cells.iter().filter(odd).map(|cell| format!("{}: {}", cell.id, self.states(cell))).collect()
     }
 
+    /// Cells that a later run computes more slowly than the first one on the same machine, beyond doubt: the intervals
+    /// lie apart, and the medians by more than [`REGRESSION`].
+    pub fn regressions(&self) -> Vec<String> {
+        let Some((first, of_first)) = self.runs.first() else {
+            return Vec::new();
+        };
+        let mut regressions = Vec::new();
+        for cell in self.cells.iter().filter(|cell| cell.hindrance().is_none()) {
+            let Some(before) = cell.found[0].as_ref().and_then(|found| found.total_ms) else {
+                continue;
+            };
+            for ((name, measured), found) in self.runs.iter().zip(&cell.found).skip(1) {
+                let same = measured.info.machine_id == of_first.info.machine_id;
+                let after = found.as_ref().and_then(|found| found.total_ms).filter(|_| same);
+                if let Some(after) = after.filter(|after| is_slower(after, &before)) {
+                    regressions.push(format!(
+                        "{}: {} ms a step in {name}, {} in {first}",
+                        cell.id,
+                        show(&after, 2),
+                        show(&before, 2)
+                    ));
+                }
+            }
+        }
+        regressions
+    }
+
     /// Which run is in which state at the end of the first window in which they differ.
     fn states(&self, cell: &ComparedCell) -> String {
         let works: Vec<&Work> = cell.found.iter().flatten().map(|found| &found.work).collect();
@@ -266,6 +293,15 @@ impl<'a> Comparison<'a> {
             note: None,
         })
     }
+}
+
+/// How much slower a cell must be for a regression: less changes with the day on a shared machine.
+const REGRESSION: f64 = 1.05;
+
+/// Without intervals nothing is beyond doubt.
+fn is_slower(after: &Estimate, before: &Estimate) -> bool {
+    let apart = after.interval.zip(before.interval).is_some_and(|(after, before)| after.low > before.high);
+    apart && after.median > REGRESSION * before.median
 }
 
 /// A cell's name without what all cells with a gain have in common.

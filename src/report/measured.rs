@@ -15,6 +15,7 @@ use crate::experiment::record::{
     Observation, Outcome, RoundRecord, Stage, Status, TrialRecord, Variant, WindowSample,
 };
 use crate::experiment::run::RunInfo;
+use crate::experiment::selection::CellSettings;
 use crate::experiment::spec::{Experiment, Mode};
 use crate::report::published::Published;
 
@@ -188,7 +189,7 @@ impl Measured {
             return cells;
         };
         for group in spec.groups(self.info.mode) {
-            for threads in group.thread_counts(self.info.usable_threads) {
+            for threads in group.thread_counts(self.info.usable()) {
                 let variants = spec.variants(group).into_iter();
                 let subject = &group.name;
                 cells.extend(variants.map(|variant| TimedCell {
@@ -198,7 +199,12 @@ impl Measured {
                 }));
             }
         }
-        cells.retain(|cell| cell.threads <= self.info.usable_threads);
+        let measured = |cell: &TimedCell| {
+            let TimedCell { subject, threads, variant } = cell;
+            let settings = CellSettings { group: subject, threads: *threads, variant };
+            *threads <= self.info.usable_threads && spec.left_out(settings).is_none()
+        };
+        cells.retain(measured);
         cells
     }
 
@@ -263,7 +269,7 @@ impl Measured {
             return Vec::new();
         };
         let groups = spec.groups(self.info.mode);
-        let counts = groups.flat_map(|group| group.thread_counts(self.info.usable_threads));
+        let counts = groups.flat_map(|group| group.thread_counts(self.info.usable()));
         counts.collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
@@ -313,10 +319,10 @@ pub fn by_round(a: &ByRound, b: &ByRound, combine: impl Fn(f64, f64) -> f64) -> 
 /// The estimate of all rounds' values.
 pub fn estimate(values: &ByRound) -> Option<Estimate> {
     let values: Vec<f64> = values.values().copied().collect();
-    Estimate::of(&values)
+    Estimate::of_rounds(&values)
 }
 
 /// The estimate of the ratio of two cells, paired by round.
 pub fn ratio(of: &ByRound, over: &ByRound) -> Option<Estimate> {
-    Estimate::of(&by_round(of, over, |a, b| a / b))
+    Estimate::of_rounds(&by_round(of, over, |a, b| a / b))
 }

@@ -3,9 +3,11 @@
 pub mod chart;
 pub mod claim;
 pub mod compare;
+pub mod compared;
 pub mod measured;
 pub mod measured_front;
 pub mod model;
+pub mod noise;
 pub mod observations;
 pub mod page;
 pub mod published;

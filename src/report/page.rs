@@ -12,12 +12,12 @@ use crate::experiment::machine::Machine;
 use crate::experiment::record::{Stage, Status};
 use crate::experiment::run::LAST_FILE;
 use crate::report::chart::{Figure, svg_to_png};
-use crate::report::claim::{Judged, judge_all};
+use crate::report::claim::{Judged, Verdict, judge_all};
 use crate::report::measured::Measured;
 use crate::report::section::{self, Content};
 use crate::report::summary::{CellPhase, cell_phases, summary};
 use crate::report::table::{TableView, show};
-use crate::report::{observations, samples};
+use crate::report::{compared, noise, observations, samples};
 
 /// Width of the PNGs, pixels.
 pub const PNG_WIDTH: u32 = 1600;
@@ -109,6 +109,12 @@ pub struct Written {
     pub ok_trials: usize,
 }
 
+impl Written {
+    pub fn has_failing_claim(&self) -> bool {
+        self.judged.iter().any(|judged| judged.verdict == Verdict::Fails)
+    }
+}
+
 /// Derives every file of a run folder from its records.
 pub fn write(folder: &Path) -> Result<Written> {
     let measured = Measured::read(folder)?;
@@ -131,7 +137,8 @@ pub fn write(folder: &Path) -> Result<Written> {
         .collect::<Result<Vec<_>>>()?;
     let files = file_names(folder, &sections);
     write_page(&page(&measured, &judged, sections), folder)?;
-    let trials = || measured.rounds.iter().flat_map(|round| &round.trials);
+    let rounds = || measured.rounds.iter().filter(|round| round.stage != Stage::States);
+    let trials = || rounds().flat_map(|round| &round.trials);
     let ok_trials = trials().filter(|trial| trial.status == Status::Ok).count();
     Ok(Written { files, judged, ok_trials, failed_trials: trials().count() - ok_trials })
 }
@@ -222,12 +229,16 @@ fn section(measured: &Measured, phases: &[CellPhase], id: &str, folder: &Path) -
         title: experiment.title.clone(),
         question: experiment.question.clone(),
         analysis: experiment.analysis.trim().to_string(),
-        findings: findings.into_iter().chain(failures(measured, id)).collect(),
+        findings: findings
+            .into_iter()
+            .chain(noise::findings(measured, id))
+            .chain(failures(measured, id))
+            .collect(),
         figures: figures
             .iter()
             .map(|(name, figure)| draw(name, figure, folder))
             .collect::<Result<Vec<_>>>()?,
-        tables,
+        tables: tables.into_iter().chain(compared::view(measured, id)).collect(),
         files: files.into_iter().map(|(file, _)| file).collect(),
     })
 }

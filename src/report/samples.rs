@@ -1,5 +1,6 @@
 //! `samples.csv` and `steps.csv`: every sample, one observation a row, ready for a spreadsheet.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -7,8 +8,10 @@ use polars::prelude::{DataFrame, df};
 use serde::Serialize;
 
 use crate::base::files::write_whole;
+use crate::base::statistics::outliers;
 use crate::experiment::record::{Outcome, RoundRecord, SCHEMA, Stage, Status, TrialRecord, WindowSample};
-use crate::experiment::spec::Experiment;
+use crate::experiment::selection::CellSettings;
+use crate::experiment::spec::{Experiment, LeftOut};
 use crate::report::measured::{Measured, TimedCell};
 
 /// The time of one phase of one variant in one round. The phases `total` and `non_cg` (total minus `cg`) are the steps'
@@ -44,6 +47,8 @@ pub struct SampleRow {
     pub phase: String,
     pub calls: Option<u64>,
     pub time_s: Option<f64>,
+    /// Whether the time stands apart from the other rounds of its cell and phase; it counts all the same.
+    pub outlier: Option<bool>,
     pub status: &'static str,
     pub reason: String,
     pub started_utc: String,
@@ -84,7 +89,7 @@ pub fn cell_id(experiment: &str, stage: Stage, cell: &TimedCell) -> String {
     format!("{experiment}/{}/{group}{}/t{}", stage.name(), cell.variant.label(), cell.threads)
 }
 
-/// All sample rows of a run, in the order of its rounds; then the cells that this machine has no cores for.
+/// All sample rows of a run, in the order of its rounds; then the cells that nobody tried.
 pub fn rows(measured: &Measured) -> Vec<SampleRow> {
     let mut rows = Vec::new();
     let timed = |stage| matches!(stage, Stage::Whole | Stage::Paired);
@@ -96,23 +101,51 @@ pub fn rows(measured: &Measured) -> Vec<SampleRow> {
         }
     }
     for experiment in &measured.info.experiments {
-        rows.extend(not_applicable(measured, experiment));
+        rows.extend(untried(measured, experiment));
     }
+    flag_outliers(&mut rows);
     rows
 }
 
-/// The cells that need more hardware threads than may be used.
-fn not_applicable(measured: &Measured, experiment: &Experiment) -> Vec<SampleRow> {
-    let there = measured.info.usable_threads;
+/// Flags the times that stand apart from the other rounds of their cell and phase.
+fn flag_outliers(rows: &mut [SampleRow]) {
+    let mut alike: BTreeMap<(String, String), Vec<usize>> = BTreeMap::new();
+    for (place, row) in rows.iter().enumerate().filter(|(_, row)| row.time_s.is_some()) {
+        alike.entry((row.cell_id.clone(), row.phase.clone())).or_default().push(place);
+    }
+    for places in alike.into_values() {
+        let times: Vec<f64> = places.iter().filter_map(|&place| rows[place].time_s).collect();
+        let apart = outliers(&times);
+        for (k, place) in places.into_iter().enumerate() {
+            rows[place].outlier = Some(apart.contains(&k));
+        }
+    }
+}
+
+/// The cells that nobody tried: those that need more hardware threads than may be used, that the experiment excludes or
+/// that the command did not ask for.
+fn untried(measured: &Measured, experiment: &Experiment) -> Vec<SampleRow> {
+    let usable = measured.info.usable();
     let mut rows = Vec::new();
     for group in experiment.groups(measured.info.mode) {
-        for threads in group.thread_counts(there).into_iter().filter(|&threads| threads > there) {
+        for threads in group.thread_counts(usable) {
             for variant in experiment.variants(group) {
+                let cell = CellSettings { group: &group.name, threads, variant: &variant };
+                let (status, reason) = match experiment.left_out(cell) {
+                    Some(LeftOut::Excluded(reason)) => (Status::NotApplicable, reason),
+                    Some(LeftOut::Skipped(reason)) => (Status::Skipped, reason),
+                    None if threads > usable.threads => {
+                        let there = usable.threads;
+                        let reason = format!("needs {threads} hardware threads, {there} may be used here");
+                        (Status::NotApplicable, reason)
+                    }
+                    None => continue,
+                };
                 let cell = TimedCell { subject: group.name.clone(), threads, variant };
                 rows.push(SampleRow {
                     phase: "total".to_string(),
-                    status: Status::NotApplicable.name(),
-                    reason: format!("needs {threads} hardware threads, {there} may be used here"),
+                    status: status.name(),
+                    reason,
                     ..empty_row(measured, &experiment.id, Stage::Paired, &cell)
                 });
             }
@@ -152,6 +185,7 @@ fn empty_row(measured: &Measured, experiment: &str, stage: Stage, cell: &TimedCe
         phase: String::new(),
         calls: None,
         time_s: None,
+        outlier: None,
         status: "",
         reason: String::new(),
         started_utc: String::new(),

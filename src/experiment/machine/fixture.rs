@@ -10,12 +10,12 @@ use super::source::Source;
 const SERVER_PACKAGES: [&str; 2] = ["0-31,64-95", "32-63,96-127"];
 
 /// A directory of its own that vanishes with the value.
-pub(super) struct Tree {
+pub(crate) struct Tree {
     root: PathBuf,
 }
 
 impl Tree {
-    pub(super) fn new() -> Tree {
+    pub(crate) fn new() -> Tree {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let name = format!("repro-machine-{}-{count}", std::process::id());
@@ -24,7 +24,7 @@ impl Tree {
         Tree { root }
     }
 
-    pub(super) fn root(&self) -> &Path {
+    pub(crate) fn root(&self) -> &Path {
         &self.root
     }
 
@@ -32,11 +32,11 @@ impl Tree {
         Source::new(&self.root)
     }
 
-    pub(super) fn write(&self, path: &str, text: &str) {
+    pub(crate) fn write(&self, path: &str, text: &str) {
         self.write_bytes(path, text.as_bytes());
     }
 
-    pub(super) fn write_bytes(&self, path: &str, bytes: &[u8]) {
+    pub(crate) fn write_bytes(&self, path: &str, bytes: &[u8]) {
         let path = self.root.join(path);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, bytes).unwrap();
@@ -66,7 +66,7 @@ impl Drop for Tree {
 
 /// Two packages of 32 cores with two threads each, one NUMA node in each package. Second threads
 /// are numbered after all first ones.
-pub(super) fn server() -> Tree {
+pub(crate) fn server() -> Tree {
     let tree = Tree::new();
     tree.write("sys/devices/system/cpu/online", "0-127\n");
     for (node, cpus) in SERVER_PACKAGES.iter().enumerate() {
@@ -88,7 +88,7 @@ pub(super) fn server() -> Tree {
 }
 
 /// The server with its caches, which take many files and which few tests need.
-pub(super) fn server_with_caches() -> Tree {
+pub(crate) fn server_with_caches() -> Tree {
     let tree = server();
     for id in 0..128 {
         let core = id % 64;
@@ -101,7 +101,7 @@ pub(super) fn server_with_caches() -> Tree {
 }
 
 /// The server with clock control for its first four CPUs.
-pub(super) fn server_with_clocks() -> Tree {
+pub(crate) fn server_with_clocks() -> Tree {
     let tree = server();
     for id in 0..4 {
         let clock = format!("sys/devices/system/cpu/cpu{id}/cpufreq");
@@ -136,7 +136,7 @@ fn server_system(tree: &Tree) {
 }
 
 /// Four strong cores with two threads each, numbered in pairs, and four weak ones with one.
-pub(super) fn laptop() -> Tree {
+pub(crate) fn laptop() -> Tree {
     let tree = Tree::new();
     tree.write("sys/devices/system/cpu/online", "0-11\n");
     for id in 0..12 {
@@ -153,7 +153,7 @@ pub(super) fn laptop() -> Tree {
 }
 
 /// Four cores with one thread each, without clock control, caches or a processor name.
-pub(super) fn arm_board() -> Tree {
+pub(crate) fn arm_board() -> Tree {
     let tree = Tree::new();
     tree.write("sys/devices/system/cpu/online", "0-3\n");
     for id in 0..4 {

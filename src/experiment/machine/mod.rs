@@ -7,7 +7,7 @@
 mod cache;
 mod facts;
 #[cfg(test)]
-mod fixture;
+pub(crate) mod fixture;
 mod frequency;
 mod identity;
 mod noise;

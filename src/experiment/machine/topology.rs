@@ -96,7 +96,7 @@ impl Topology {
     }
 
     /// Whether some cores are clearly weaker than others; none where the capacities are unknown.
-    pub(super) fn is_hybrid(&self) -> Option<bool> {
+    pub fn is_hybrid(&self) -> Option<bool> {
         let tops = self.tier_tops();
         (!tops.is_empty()).then_some(tops.len() > 1)
     }
