@@ -75,19 +75,20 @@ impl Measure {
         for file in &written.files {
             writeln!(out, "{}", folder.join(file).display()).context("cannot print")?;
         }
-        Ok(self.exit(&written))
+        Ok(exit(&written, self.strict))
     }
+}
 
-    fn exit(&self, written: &page::Written) -> Exit {
-        if written.ok_trials == 0 {
-            Exit::NothingMeasured
-        } else if written.failed_trials > 0 {
-            Exit::Incomplete
-        } else if self.strict && written.judged.iter().any(|j| j.verdict == Verdict::Fails) {
-            Exit::ClaimFails
-        } else {
-            Exit::Done
-        }
+/// How a verb ends that has reported on a run; with `strict`, a claim that fails counts.
+pub fn exit(written: &page::Written, strict: bool) -> Exit {
+    if written.ok_trials == 0 {
+        Exit::NothingMeasured
+    } else if written.failed_trials > 0 {
+        Exit::Incomplete
+    } else if strict && written.judged.iter().any(|j| j.verdict == Verdict::Fails) {
+        Exit::ClaimFails
+    } else {
+        Exit::Done
     }
 }
 

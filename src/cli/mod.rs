@@ -1,6 +1,7 @@
 //! The command line: one verb a file. Only here is anything printed.
 
 mod all;
+mod collect;
 mod compare;
 mod engine_options;
 mod list;
@@ -10,6 +11,8 @@ mod plan;
 mod report;
 mod run;
 mod simulate;
+mod submit;
+mod task;
 mod trial;
 
 use std::process::ExitCode;
@@ -21,6 +24,7 @@ use crate::base::input::InputError;
 use crate::base::parallel::ThreadsUnavailable;
 use crate::engine::search::grid::TooManyBuckets;
 use crate::experiment::interrupt::Interrupted;
+use crate::experiment::run::AnotherMachine;
 
 /// Reruns, measures and judges a published speed-up of the neighbour search in the MPS particle method.
 #[derive(Debug, Parser)]
@@ -32,8 +36,8 @@ pub struct Cli {
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 a claim fails (only with --strict); 2 the command or a file cannot be used; 3 incomplete: a trial \
-failed, a simulation broke down or something could not be written; 5 nothing was measured; 6 no cell of the runs can be \
-compared; 130 interrupted.";
+failed, a simulation broke down, blocks are missing or something could not be written; 4 a run on this machine is refused; \
+5 nothing was measured; 6 no cell of the runs can be compared; 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
@@ -49,6 +53,10 @@ enum Verb {
     Machine(machine::MachineVerb),
     /// Renders a run folder's tables, figures, claims and report anew from its records.
     Report(report::Report),
+    /// Spreads a run over the nodes of a cluster, a whole block of trials a task; once more, only what is missing.
+    Submit(submit::Submit),
+    /// Gathers what a cluster has run, reports on it, and says what is missing.
+    Collect(collect::Collect),
     /// Compares run folders, from any machines: ratios within each, times beside them, what differs.
     Compare(compare::Compare),
     /// Simulates one scene.
@@ -56,6 +64,9 @@ enum Verb {
     /// Runs one trial, described on standard input: how this program starts itself.
     #[command(hide = true)]
     Trial(trial::Trial),
+    /// Runs a part of a submitted run: what jobs of a cluster do.
+    #[command(hide = true)]
+    Task(task::Task),
 }
 
 /// How the program ends.
@@ -65,6 +76,7 @@ pub enum Exit {
     ClaimFails = 1,
     Usage = 2,
     Incomplete = 3,
+    MachineRefused = 4,
     NothingMeasured = 5,
     Incomparable = 6,
     Interrupted = 130,
@@ -88,6 +100,9 @@ impl Cli {
             Verb::Compare(verb) => verb.run(),
             Verb::Simulate(verb) => verb.run(),
             Verb::Trial(verb) => verb.run(),
+            Verb::Submit(verb) => verb.run(),
+            Verb::Collect(verb) => verb.run(),
+            Verb::Task(verb) => verb.run(),
         }
     }
 }
@@ -98,6 +113,8 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
         Exit::Interrupted
     } else if error.is::<InputError>() || error.is::<TooManyBuckets>() || error.is::<ThreadsUnavailable>() {
         Exit::Usage
+    } else if error.is::<AnotherMachine>() {
+        Exit::MachineRefused
     } else {
         Exit::Incomplete
     }

@@ -25,13 +25,18 @@ const LEAST_LIMIT: Duration = Duration::from_secs(120);
 
 /// Runs every round of `plan` that `folder` does not hold yet, in order.
 pub fn execute(plan: &Plan, folder: &Path) -> Result<()> {
+    execute_only(plan, folder, |_| true)
+}
+
+/// The same for the rounds that are `wanted` alone.
+pub fn execute_only(plan: &Plan, folder: &Path, wanted: impl Fn(&PlannedRound) -> bool) -> Result<()> {
     let mut execution = Execution {
         plan,
         folder,
         progress: progress_bar(plan),
         known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
     };
-    for round in &plan.rounds {
+    for round in plan.rounds.iter().filter(|round| wanted(round)) {
         execution.complete(round)?;
     }
     execution.progress.finish_and_clear();

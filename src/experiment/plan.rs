@@ -106,6 +106,17 @@ impl Plan {
         let topology = Topology::read(Path::new("/"), &allowed_cpus());
         let usable_threads = topology.usable_cores();
         let usable_cores = topology.physical_cores().min(usable_threads);
+        Plan::for_machine(experiments, mode, calibration, usable_threads, usable_cores)
+    }
+
+    /// Plans `experiments` for any machine with so many hardware threads and cores.
+    pub fn for_machine(
+        experiments: Vec<Experiment>,
+        mode: Mode,
+        calibration: Calibration,
+        usable_threads: usize,
+        usable_cores: usize,
+    ) -> Result<Plan> {
         let mut states = Vec::new();
         let experiments = experiments
             .into_iter()
@@ -143,6 +154,10 @@ impl PlannedTrial {
 impl PlannedRound {
     pub fn estimate_s(&self) -> f64 {
         self.trials.iter().map(|trial| trial.estimate_s).sum()
+    }
+
+    pub fn saves_states(&self) -> bool {
+        self.trials.iter().any(PlannedTrial::saves_states)
     }
 }
 
