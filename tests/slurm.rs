@@ -132,7 +132,11 @@ fn a_cancelled_block_is_missing_until_it_is_submitted_again() {
     let folder = place.path().join("it's a $(touch owned) run, %j");
     let submit = |arguments: &[&str]| {
         let mut command = repro();
-        command.arg("submit").args(arguments).args(["--slurm", "--now", "--output"]).arg(&folder);
+        command
+            .arg("submit")
+            .args(arguments)
+            .args(["--slurm", "--now", "--time", "5", "--output"])
+            .arg(&folder);
         let output = cluster.command(command);
         assert_eq!(output.status.code(), Some(0), "{}{}", stderr(&output), cluster.logs());
         stdout(&output)

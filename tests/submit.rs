@@ -16,7 +16,12 @@ const HOSTILE: &str = "it's \"a\" $(touch owned) `touch owned`\n<script>;touch o
 fn submit(experiment: Option<&Path>, folder: &Path, options: &[&str]) -> Output {
     let mut command = repro();
     command.arg("submit").args(experiment);
-    command.args(["--slurm", "--quick", "--output"]).arg(folder).args(options).output().unwrap()
+    command
+        .args(["--slurm", "--quick", "--time", "5", "--output"])
+        .arg(folder)
+        .args(options)
+        .output()
+        .unwrap()
 }
 
 fn task(folder: &Path, block: Option<usize>) -> Output {

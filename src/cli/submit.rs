@@ -9,7 +9,8 @@ use crate::base::input::{Check, InputError};
 use crate::cli::Exit;
 use crate::cli::measure::{ModeFlags, every_experiment, load};
 use crate::experiment::cluster::array::{JobArray, USUAL_MAX_ARRAY_SIZE};
-use crate::experiment::cluster::job::{Batch, Options, after, limit_minutes, quoted, shell_line};
+use crate::experiment::cluster::job::{Batch, Options, after, quoted, shell_line};
+use crate::experiment::cluster::limits::{Estimate, time_limit};
 use crate::experiment::cluster::outstanding::Outstanding;
 use crate::experiment::cluster::slurm::{self, Queue};
 use crate::experiment::cluster::submission::Submission;
@@ -73,14 +74,29 @@ impl Submit {
         };
         // Asked before the folder is read: a block that is recorded in between is neither missing nor sent again.
         let queue = self.asked(Queue::read(&batch.name()))?.unwrap_or_default();
-        let outstanding = Outstanding::find(&place, &submission, options.cpus_per_task)?;
+        let outstanding = Outstanding::find(&place, &submission)?;
         if outstanding.is_nothing() {
             eprintln!("nothing is missing: `repro collect {}`", quoted(&self.output.to_string_lossy()));
             return Ok(Exit::Done);
         }
         batch.write_scripts()?;
-        let jobs = self.jobs(queue, outstanding)?;
+        let limits = self.limits(&place, &submission)?;
+        let jobs = self.jobs(queue, outstanding, limits)?;
         if self.now { jobs.send(&batch) } else { jobs.print(&batch) }
+    }
+
+    /// Time limits of the first job and of a block.
+    fn limits(&self, folder: &Path, submission: &Submission) -> Result<[String; 2]> {
+        if let Some(time) = &self.time {
+            return Ok([time.clone(), time.clone()]);
+        }
+        let estimate = Estimate::of(folder, submission, self.cpus_per_task.map(usize::from))?;
+        let limits = [estimate.first_s, estimate.block_s].map(time_limit);
+        eprintln!(
+            "time limit {} min a block, from {:.0} s with this machine's speed; `--time` sets another",
+            limits[1], estimate.block_s
+        );
+        Ok(limits)
     }
 
     /// What is asked for or, without experiments, what was before.
@@ -104,7 +120,6 @@ impl Submit {
         Options {
             partition: self.partition.clone(),
             account: self.account.clone(),
-            time: self.time.clone(),
             cpus_per_task: self.cpus_per_task.map(usize::from),
             max_parallel: self.max_parallel.map(|most| most as usize),
             others: self.sbatch.clone(),
@@ -112,7 +127,7 @@ impl Submit {
     }
 
     /// What is missing, but for what waits in the queue already, dealt to jobs.
-    fn jobs(&self, queue: Queue, outstanding: Outstanding) -> Result<Jobs> {
+    fn jobs(&self, queue: Queue, outstanding: Outstanding, limits: [String; 2]) -> Result<Jobs> {
         let limit = match self.max_array_size {
             Some(size) => size as usize,
             None => self.asked(slurm::max_array_size())?.flatten().unwrap_or(USUAL_MAX_ARRAY_SIZE),
@@ -121,15 +136,9 @@ impl Submit {
         let blocks: Vec<usize> =
             missing.iter().copied().filter(|number| !queue.blocks.contains(number)).collect();
         eprintln!("{} blocks are missing, {} of them queued", missing.len(), missing.len() - blocks.len());
-        if self.time.is_none() {
-            let minutes = limit_minutes(outstanding.block_s);
-            eprintln!(
-                "time limit {minutes} min a block, from {:.0} s at this machine's speed; `--time` sets another",
-                outstanding.block_s
-            );
-        }
+        let arrays = JobArray::deal(&blocks, limit.max(1));
         let known_first = queue.first.filter(|_| outstanding.first);
-        Ok(Jobs { arrays: JobArray::deal(&blocks, limit.max(1)), outstanding, known_first })
+        Ok(Jobs { needs_first: outstanding.first, known_first, arrays, limits })
     }
 
     /// An answer of the cluster. Where jobs are only written, there may be none to ask.
@@ -140,10 +149,13 @@ impl Submit {
 
 /// What to send.
 struct Jobs {
-    outstanding: Outstanding,
+    /// Whether arrays wait for the first job.
+    needs_first: bool,
     /// The number of the first job, where it waits or runs already.
     known_first: Option<String>,
     arrays: Vec<JobArray>,
+    /// Time limits of the first job and of a block.
+    limits: [String; 2],
 }
 
 impl Jobs {
@@ -151,13 +163,13 @@ impl Jobs {
         let mut out = std::io::stdout().lock();
         let mut first = self.known_first.clone();
         if self.sends_first() {
-            let job = slurm::send(&batch.first(self.outstanding.first_s))?;
+            let job = slurm::send(&batch.first(&self.limits[0]))?;
             writeln!(out, "first job: {job}")?;
             first = Some(job);
         }
         for array in &self.arrays {
             let mut arguments: Vec<String> = first.iter().flat_map(|first| after(first)).collect();
-            arguments.extend(batch.array(array, self.outstanding.block_s));
+            arguments.extend(batch.array(array, &self.limits[1]));
             writeln!(out, "blocks {}: job {}", array.blocks(), slurm::send(&arguments)?)?;
         }
         Ok(Exit::Done)
@@ -167,24 +179,24 @@ impl Jobs {
     fn print(&self, batch: &Batch<'_>) -> Result<Exit> {
         let mut out = std::io::stdout().lock();
         if self.sends_first() {
-            let arguments = batch.first(self.outstanding.first_s);
+            let arguments = batch.first(&self.limits[0]);
             writeln!(out, "first=$(sbatch {})", shell_line(&arguments))?;
         }
         for array in &self.arrays {
             let dependency = match &self.known_first {
                 Some(job) => shell_line(&after(job)),
                 // The shell fills in what the first command printed.
-                None if self.outstanding.first => after("\"${first%%;*}\"").join(" "),
+                None if self.needs_first => after("\"${first%%;*}\"").join(" "),
                 None => String::new(),
             };
-            let arguments = batch.array(array, self.outstanding.block_s);
+            let arguments = batch.array(array, &self.limits[1]);
             writeln!(out, "sbatch {dependency} {}", shell_line(&arguments))?;
         }
         Ok(Exit::Done)
     }
 
     fn sends_first(&self) -> bool {
-        self.outstanding.first && self.known_first.is_none()
+        self.needs_first && self.known_first.is_none()
     }
 }
 

@@ -23,8 +23,7 @@ pub struct Gathered {
 /// Reads what jobs have recorded in `folder`. A run without missing rounds is marked as finished.
 pub fn gather(folder: &Path) -> Result<Gathered> {
     let info = RunInfo::read(folder)?;
-    let timeless = Calibration { s_per_particle_step: 0.0 };
-    let plan = plan_of(&info, timeless)?;
+    let plan = plan_of(&info, Calibration::TIMELESS)?;
     let gathered = verify(&plan, folder)?;
     if gathered.missing.is_empty() && info.finished_utc.is_none() {
         Run::share(folder)?.finish()?;

@@ -25,18 +25,11 @@ const BLOCK_SCRIPT: &str = r#"#!/bin/sh
 exec "$1" task "$2" "$(($3 + SLURM_ARRAY_TASK_ID))"
 "#;
 
-/// Blocks are given this many times their estimate, since nodes may be slower than the machine that made it ...
-pub const TIME_FACTOR: f64 = 3.0;
-/// ... and this many minutes to start.
-pub const SPARE_MINUTES: f64 = 5.0;
-
 /// What a user may ask of the cluster.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Options {
     pub partition: Option<String>,
     pub account: Option<String>,
-    /// A time limit in Slurm's words; from the estimate where it is left out.
-    pub time: Option<String>,
     /// A part of a node; whole nodes where it is left out.
     pub cpus_per_task: Option<usize>,
     /// As many tasks of an array run at once.
@@ -71,16 +64,16 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// The first job.
-    pub fn first(&self, estimate_s: f64) -> Vec<String> {
-        let mut arguments = self.common("first", "slurm-%j.log", estimate_s);
+    /// The first job, with a time limit in Slurm's words.
+    pub fn first(&self, time: &str) -> Vec<String> {
+        let mut arguments = self.common("first", "slurm-%j.log", time);
         arguments.extend([self.script("first.sh"), self.program.to_string(), self.folder.to_string()]);
         arguments
     }
 
-    /// One array of blocks, the longest of which takes `estimate_s`.
-    pub fn array(&self, array: &JobArray, estimate_s: f64) -> Vec<String> {
-        let mut arguments = self.common(&array.offset.to_string(), "slurm-%A_%a.log", estimate_s);
+    /// One array of blocks, with a time limit for each.
+    pub fn array(&self, array: &JobArray, time: &str) -> Vec<String> {
+        let mut arguments = self.common(&array.offset.to_string(), "slurm-%A_%a.log", time);
         let parallel = self.options.max_parallel.map(|most| format!("%{most}"));
         arguments.push(format!("--array={}{}", array.list(), parallel.unwrap_or_default()));
         arguments.extend([self.script("block.sh"), self.program.to_string(), self.folder.to_string()]);
@@ -95,7 +88,7 @@ impl Batch<'_> {
         format!("repro-{hash}-")
     }
 
-    fn common(&self, name: &str, log: &str, estimate_s: f64) -> Vec<String> {
+    fn common(&self, name: &str, log: &str, time: &str) -> Vec<String> {
         let options = self.options;
         let mut arguments = options.others.clone();
         arguments.push("--parsable".to_string());
@@ -105,10 +98,7 @@ impl Batch<'_> {
             Some(count) => format!("--cpus-per-task={count}"),
             None => "--exclusive".to_string(),
         });
-        arguments.push(match &options.time {
-            Some(time) => format!("--time={time}"),
-            None => format!("--time={}", limit_minutes(estimate_s)),
-        });
+        arguments.push(format!("--time={time}"));
         arguments.extend(options.partition.iter().map(|name| format!("--partition={name}")));
         arguments.extend(options.account.iter().map(|name| format!("--account={name}")));
         arguments.push(format!("--chdir={}", self.working_folder));
@@ -120,11 +110,6 @@ impl Batch<'_> {
     fn script(&self, name: &str) -> String {
         format!("{}/slurm/{name}", self.folder)
     }
-}
-
-/// The time limit that follows from an estimate, whole minutes.
-pub fn limit_minutes(estimate_s: f64) -> u64 {
-    (TIME_FACTOR * estimate_s / 60.0 + SPARE_MINUTES).ceil() as u64
 }
 
 /// What makes a job wait for the first one. Where that fails, it is taken off the queue, in which it would stay for ever.
@@ -189,7 +174,7 @@ mod tests {
             ..Options::default()
         };
         let array = JobArray { offset: 1000, indices: vec![2, 5, 6, 7] };
-        let arguments = batch(&options, "/r/a%jb").array(&array, 61.0);
+        let arguments = batch(&options, "/r/a%jb").array(&array, "9");
         let expected =
             ["--array=2,5-7%4", "--exclusive", "--time=9", "--partition=short", "--account=lab $(x)"];
         for word in expected.into_iter().chain(["--nodes=1", "--output=/r/a%%jb/logs/slurm-%A_%a.log"]) {
@@ -200,8 +185,8 @@ mod tests {
             arguments[arguments.len() - 4..],
             ["/r/a%jb/slurm/block.sh", "/p/repro", "/r/a%jb", "1000"]
         );
-        let shared = Options { cpus_per_task: Some(8), time: Some("1-0".to_string()), ..Options::default() };
-        let arguments = batch(&shared, "/r").first(1e9);
+        let shared = Options { cpus_per_task: Some(8), ..Options::default() };
+        let arguments = batch(&shared, "/r").first("1-0");
         assert!(arguments.contains(&"--cpus-per-task=8".to_string()), "{arguments:?}");
         assert!(arguments.contains(&"--time=1-0".to_string()) && !arguments.contains(&"--exclusive".into()));
     }
