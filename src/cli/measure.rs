@@ -86,7 +86,7 @@ impl Measure {
         output.show(&Shown::of(&written), |out| {
             written.files.iter().try_for_each(|file| writeln!(out, "{}", folder.join(file).display()))
         })?;
-        Ok(self.exit(&written))
+        Ok(exit(&written, self.strict))
     }
 
     /// The command as a run records it: without paths, and without what changes no number.
@@ -100,17 +100,18 @@ impl Measure {
         }
         command
     }
+}
 
-    fn exit(&self, written: &page::Written) -> Exit {
-        if written.ok_trials == 0 {
-            Exit::NothingMeasured
-        } else if written.failed_trials > 0 {
-            Exit::Incomplete
-        } else if self.strict && written.has_failing_claim() {
-            Exit::ClaimFails
-        } else {
-            Exit::Done
-        }
+/// How a verb ends that has reported on a run; with `strict`, a claim that fails counts.
+pub fn exit(written: &page::Written, strict: bool) -> Exit {
+    if written.ok_trials == 0 {
+        Exit::NothingMeasured
+    } else if written.failed_trials > 0 {
+        Exit::Incomplete
+    } else if strict && written.has_failing_claim() {
+        Exit::ClaimFails
+    } else {
+        Exit::Done
     }
 }
 

@@ -1,6 +1,7 @@
 //! The command line: one verb a file. Only here is anything printed.
 
 mod all;
+mod collect;
 mod compare;
 mod completions;
 mod engine_options;
@@ -14,6 +15,8 @@ mod run;
 mod schema;
 mod simulate;
 mod status;
+mod submit;
+mod task;
 mod trial;
 
 use std::process::ExitCode;
@@ -27,6 +30,7 @@ use crate::cli::output::Output;
 use crate::engine::search::grid::TooManyBuckets;
 use crate::experiment::gate::MachineRefused;
 use crate::experiment::interrupt::Interrupted;
+use crate::experiment::run::AnotherMachine;
 
 /// Reruns, measures and judges a published speed-up of the neighbour search in the MPS particle method.
 #[derive(Debug, Parser)]
@@ -41,9 +45,8 @@ pub struct Cli {
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 a claim fails (only with --strict); 2 the command or a file cannot be used; 3 incomplete: a trial \
-failed, a simulation broke down or something could not be written; 4 the machine is refused: too busy for the \
-experiment's gate, or not the run's; 5 nothing was measured; 6 no cell of the runs can be \
-compared; 130 interrupted.";
+failed, a simulation broke down, blocks are missing or something could not be written; 4 the machine is refused: too busy for \
+the experiment's gate, or not the run's; 5 nothing was measured; 6 no cell of the runs can be compared; 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Verb {
@@ -61,6 +64,10 @@ enum Verb {
     Machine(machine::MachineVerb),
     /// Renders a run folder's tables, figures, claims and report anew from its records.
     Report(report::Report),
+    /// Spreads a run over the nodes of a cluster, a whole block of trials a task; once more, only what is missing.
+    Submit(submit::Submit),
+    /// Gathers what a cluster has run, reports on it, and says what is missing.
+    Collect(collect::Collect),
     /// Compares run folders, from any machines: ratios within each, times beside them, what differs.
     Compare(compare::Compare),
     /// Simulates one scene.
@@ -72,6 +79,9 @@ enum Verb {
     /// Runs one trial, described on standard input: how this program starts itself.
     #[command(hide = true)]
     Trial(trial::Trial),
+    /// Runs a part of a submitted run: what jobs of a cluster do.
+    #[command(hide = true)]
+    Task(task::Task),
 }
 
 /// How the program ends.
@@ -109,6 +119,9 @@ impl Cli {
             Verb::Schema(verb) => verb.run(),
             Verb::Completions(verb) => verb.run(),
             Verb::Trial(verb) => verb.run(),
+            Verb::Submit(verb) => verb.run(output),
+            Verb::Collect(verb) => verb.run(output),
+            Verb::Task(verb) => verb.run(),
         }
     }
 }
@@ -117,7 +130,7 @@ impl Cli {
 pub fn exit_code(error: &anyhow::Error) -> Exit {
     if error.is::<Interrupted>() {
         Exit::Interrupted
-    } else if error.is::<MachineRefused>() {
+    } else if error.is::<MachineRefused>() || error.is::<AnotherMachine>() {
         Exit::MachineRefused
     } else if error.is::<InputError>() || error.is::<TooManyBuckets>() || error.is::<ThreadsUnavailable>() {
         Exit::Usage

@@ -32,20 +32,23 @@ pub enum Failed {
 
 /// Runs every round of `plan` that `folder` does not hold yet, in order.
 pub fn execute(plan: &Plan, folder: &Path, failed: Failed) -> Result<()> {
-    let mut execution = Execution {
-        plan,
-        folder,
-        failed,
-        progress: progress_bar(plan),
-        known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
-        done: BTreeMap::new(),
-    };
+    let mut execution = Execution::new(plan, folder, failed);
     for round in &plan.rounds {
         if execution.is_needed(round) {
             execution.complete(round)?;
         } else {
             execution.pass_over(round);
         }
+    }
+    execution.progress.finish_and_clear();
+    Ok(())
+}
+
+/// Runs those rounds alone that are `wanted`, whether or not the ones before them would be enough.
+pub fn execute_only(plan: &Plan, folder: &Path, wanted: impl Fn(&PlannedRound) -> bool) -> Result<()> {
+    let mut execution = Execution::new(plan, folder, Failed::Keep);
+    for round in plan.rounds.iter().filter(|round| wanted(round)) {
+        execution.complete(round)?;
     }
     execution.progress.finish_and_clear();
     Ok(())
@@ -74,7 +77,18 @@ struct Execution<'a> {
     done: BTreeMap<(usize, Stage), Vec<RoundRecord>>,
 }
 
-impl Execution<'_> {
+impl<'a> Execution<'a> {
+    fn new(plan: &'a Plan, folder: &'a Path, failed: Failed) -> Self {
+        Execution {
+            plan,
+            folder,
+            failed,
+            progress: progress_bar(plan),
+            known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
+            done: BTreeMap::new(),
+        }
+    }
+
     /// Whether the rounds before this one leave anything to find out.
     fn is_needed(&self, round: &PlannedRound) -> bool {
         let spec = &self.plan.experiments[round.experiment].spec;

@@ -2,10 +2,11 @@
 //!
 //! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
 //! turns it into rounds of trials; `execute` runs them, each in a `child`, which does what `trial` or `observe`
-//! says; `record` is what they leave behind, and `run` the folder that it is left in.
+//! says; `record` is what they leave behind, and `run` the folder that it is left in. `cluster` spreads rounds over nodes.
 
 pub mod calibration;
 pub mod child;
+pub mod cluster;
 pub mod execute;
 pub mod factors;
 pub mod gate;

@@ -150,6 +150,10 @@ impl PlannedRound {
     pub fn estimate_s(&self) -> f64 {
         self.trials.iter().map(|trial| trial.estimate_s).sum()
     }
+
+    pub fn saves_states(&self) -> bool {
+        self.trials.iter().any(PlannedTrial::saves_states)
+    }
 }
 
 impl PlannedExperiment {

@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 
 use crate::base::files::{is_leftover, write_whole};
 use crate::base::input::InputError;
+use crate::experiment::cluster::SUBMISSION_FILE;
 use crate::experiment::execute::{Failed, execute};
 use crate::experiment::factors::Usable;
 use crate::experiment::machine::{Machine, Reading};
@@ -57,6 +58,17 @@ pub enum Existing {
     Fresh,
 }
 
+/// A run belongs to one kind of machine and one build of the program; this is another.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{folder}: this machine is refused: {reason}; allowed is a machine of the kind that the run began on, with the same \
+     program, scenes and number of processors"
+)]
+pub struct AnotherMachine {
+    folder: String,
+    reason: String,
+}
+
 /// A run folder under this process's lock.
 #[derive(Debug)]
 pub struct Run {
@@ -96,7 +108,7 @@ impl Run {
         }
         fs::create_dir_all(folder.join("rounds"))
             .map_err(|error| refused(folder, format!("cannot be written: {error}")))?;
-        let lock = lock(folder)?;
+        let lock = lock(folder, Hold::Alone)?;
         let path = folder.join("run.json");
         if existing == Existing::Fresh {
             clear(folder)?;
@@ -126,11 +138,31 @@ impl Run {
         Ok(Run { folder: folder.to_path_buf(), info, existing, _lock: lock })
     }
 
-    /// Runs what is missing and marks the run as finished. States, which only later rounds needed, are removed.
+    /// Takes part in a run that another process opened, beside others that do the same. No process can have the folder
+    /// for itself as long as one of them does.
+    pub fn share(folder: &Path) -> Result<Run> {
+        let lock = lock(folder, Hold::Shared)?;
+        Ok(Run {
+            folder: folder.to_path_buf(),
+            info: RunInfo::read(folder)?,
+            existing: Existing::Resume,
+            _lock: lock,
+        })
+    }
+
+    /// Runs what is missing and marks the run as finished.
     pub fn complete(&mut self, plan: &Plan) -> Result<()> {
         if self.info.finished_utc.is_none() {
             let retry = self.existing == Existing::RetryFailed;
             execute(plan, &self.folder, if retry { Failed::Retry } else { Failed::Keep })?;
+        }
+        self.finish()
+    }
+
+    /// Marks a run without missing rounds as finished. States, which only later rounds needed, are removed.
+    pub fn finish(&mut self) -> Result<()> {
+        remove_leftovers(&self.folder);
+        if self.info.finished_utc.is_none() {
             self.info.finished_utc = Some(now_utc());
             self.info.write(&self.folder)?;
         }
@@ -179,6 +211,30 @@ impl RunInfo {
         Usable { threads: self.usable_threads, cores: self.usable_cores }
     }
 
+    /// Refuses a machine, build or plan that is not the run's, and says which of them differs.
+    pub fn require_same_plan(
+        &self,
+        folder: &Path,
+        plan: &Plan,
+        machine: &Machine,
+    ) -> Result<(), AnotherMachine> {
+        let here = RunInfo::new(folder, plan, machine, &self.command);
+        if here.plan_id == self.plan_id {
+            return Ok(());
+        }
+        let reason = if here.machine_id != self.machine_id {
+            format!("it is {}, the run's is {}", here.machine_id, self.machine_id)
+        } else if here.source_hash != self.source_hash {
+            format!("its program is {}, the run's is {}", here.source_hash, self.source_hash)
+        } else if here.usable_threads != self.usable_threads {
+            let (here, there) = (here.usable_threads, self.usable_threads);
+            format!("{here} hardware threads may be used, {there} where the run began")
+        } else {
+            "compiler, flags, experiments or scenes are others than the run's".to_string()
+        };
+        Err(AnotherMachine { folder: folder.display().to_string(), reason })
+    }
+
     pub fn read(folder: &Path) -> Result<RunInfo> {
         let path = folder.join("run.json");
         let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
@@ -213,7 +269,7 @@ fn refused(folder: &Path, found: String) -> InputError {
 }
 
 /// A folder with something in it that is no run is nobody's to touch.
-fn refuse_foreign(folder: &Path) -> Result<(), InputError> {
+pub(super) fn refuse_foreign(folder: &Path) -> Result<(), InputError> {
     if folder.exists() && !folder.is_dir() {
         return Err(refused(folder, "is a file".to_string()));
     }
@@ -222,16 +278,30 @@ fn refuse_foreign(folder: &Path) -> Result<(), InputError> {
     };
     let ours = |name: &str| matches!(name, "run.json" | "rounds" | ".lock") || is_leftover(name);
     let foreign = entries.flatten().any(|entry| !ours(&entry.file_name().to_string_lossy()));
-    if foreign && !folder.join("run.json").is_file() {
+    let begun = ["run.json", SUBMISSION_FILE].iter().any(|name| folder.join(name).is_file());
+    if foreign && !begun {
         return Err(refused(folder, "holds files that are no run's".to_string()));
     }
     Ok(())
 }
 
-fn lock(folder: &Path) -> Result<File> {
-    let lock = File::create(folder.join(".lock"))
-        .map_err(|error| refused(folder, format!("cannot be written: {error}")))?;
-    match lock.try_lock() {
+/// How a process holds a run folder.
+#[derive(Debug, Clone, Copy)]
+enum Hold {
+    Alone,
+    Shared,
+}
+
+fn lock(folder: &Path, hold: Hold) -> Result<File> {
+    // Network file systems share a lock only on files that may be read, and give one alone only on files to write.
+    let mut options = File::options();
+    let lock = options.read(true).write(true).create(true).truncate(false).open(folder.join(".lock"));
+    let lock = lock.map_err(|error| refused(folder, format!("cannot be written: {error}")))?;
+    let held = match hold {
+        Hold::Alone => lock.try_lock(),
+        Hold::Shared => lock.try_lock_shared(),
+    };
+    match held {
         Ok(()) => Ok(lock),
         Err(TryLockError::WouldBlock) => {
             Err(refused(folder, "another process is working on".to_string()).into())
@@ -253,7 +323,7 @@ fn clear(folder: &Path) -> Result<()> {
             fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
     }
-    for name in ["rounds", "states", "logs", "tables", "figures"] {
+    for name in ["rounds", "states", "logs", "tables", "figures", "slurm"] {
         let path = folder.join(name);
         if path.is_dir() {
             fs::remove_dir_all(&path).with_context(|| format!("cannot remove {}", path.display()))?;

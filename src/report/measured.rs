@@ -10,6 +10,7 @@ use serde::Deserialize;
 use crate::base::statistics::Estimate;
 use crate::engine::phase::Phase;
 use crate::engine::preset::Preset;
+use crate::experiment::cluster::blocks::{Block, blocks};
 use crate::experiment::machine::Machine;
 use crate::experiment::record::{
     Observation, Outcome, RoundRecord, Stage, Status, TrialRecord, Variant, WindowSample,
@@ -231,6 +232,20 @@ impl Measured {
             }
         }
         digests.into_iter().filter(|(_, found)| found.len() > 1).map(|(run, _)| run.to_string()).collect()
+    }
+
+    /// Rounds of an experiment that an unfinished run lacks.
+    pub fn missing(&self, experiment: &str) -> Vec<Block> {
+        if self.info.finished_utc.is_some() {
+            return Vec::new();
+        }
+        let recorded = |block: &Block| {
+            self.rounds
+                .iter()
+                .any(|r| (&r.experiment, r.stage, r.round) == (&block.experiment, block.stage, block.round))
+        };
+        let all = blocks(&self.info.experiments, self.info.mode).into_iter();
+        all.filter(|block| block.experiment == experiment && !recorded(block)).collect()
     }
 
     /// Particles of an experiment's timed trials, where they all have as many.

@@ -274,6 +274,10 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
     sentences.extend(measured.disagreeing(id).into_iter().map(|run| {
         format!("`{run}` ended in different states in different rounds: at least one of them computed something else.")
     }));
+    let unrecorded: Vec<String> = measured.missing(id).iter().map(|block| block.to_string()).collect();
+    if !unrecorded.is_empty() {
+        sentences.push(format!("Unfinished; missing are: {}.", unrecorded.join(", ")));
+    }
     let there = measured.info.usable_threads;
     let all = measured.thread_counts(id).into_iter();
     let missing: Vec<String> = all.filter(|&threads| threads > there).map(|t| t.to_string()).collect();

@@ -1,0 +1,69 @@
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use serde::Serialize;
+
+use crate::cli::Exit;
+use crate::cli::measure::{Shown, exit};
+use crate::cli::output::Output;
+use crate::experiment::cluster::blocks::Block;
+use crate::experiment::cluster::gather::gather;
+use crate::experiment::cluster::job::quoted;
+use crate::experiment::cluster::submission::Submission;
+use crate::report::page::{self, Written};
+
+#[derive(Debug, Args)]
+pub struct Collect {
+    /// The run folder that was submitted
+    run: PathBuf,
+    /// Exit with 1 if a claim fails
+    #[arg(long)]
+    strict: bool,
+}
+
+/// What is there of a run, and what is missing.
+#[derive(Debug, Serialize)]
+struct Gathering<'a> {
+    report: Shown<'a>,
+    recorded: usize,
+    missing: Vec<String>,
+}
+
+impl Collect {
+    pub fn run(self, output: Output) -> Result<Exit> {
+        Submission::read(&self.run)?;
+        if !self.run.join("run.json").is_file() {
+            let nothing = "nothing is there yet: the first job has not begun";
+            output.show(&nothing, |out| writeln!(out, "{nothing}"))?;
+            return Ok(Exit::NothingMeasured);
+        }
+        let gathered = gather(&self.run)?;
+        let written = page::write(&self.run)?;
+        let missing: Vec<String> = gathered.missing.iter().map(Block::to_string).collect();
+        let gathering = Gathering { report: Shown::of(&written), recorded: gathered.recorded, missing };
+        output.show(&gathering, |out| self.print(out, &written, &gathering))?;
+        Ok(if gathering.missing.is_empty() {
+            exit(&written, self.strict)
+        } else if written.ok_trials == 0 {
+            Exit::NothingMeasured
+        } else {
+            Exit::Incomplete
+        })
+    }
+
+    fn print(&self, out: &mut dyn Write, written: &Written, gathering: &Gathering<'_>) -> io::Result<()> {
+        for file in &written.files {
+            writeln!(out, "{}", self.run.join(file).display())?;
+        }
+        let (recorded, missing) = (gathering.recorded, gathering.missing.len());
+        if missing == 0 {
+            return writeln!(out, "complete: all {recorded} rounds are there");
+        }
+        writeln!(out, "missing are {missing} of {} rounds:", missing + recorded)?;
+        gathering.missing.iter().try_for_each(|block| writeln!(out, "  {block}"))?;
+        let folder = quoted(&self.run.to_string_lossy());
+        writeln!(out, "`repro submit --slurm --now --output {folder}` sends only what is missing")
+    }
+}

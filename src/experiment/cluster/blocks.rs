@@ -1,0 +1,76 @@
+//! Blocks: rounds that any node can run in any order once the states are there.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::experiment::plan::{Plan, PlannedRound};
+use crate::experiment::record::{RoundRecord, Stage};
+use crate::experiment::spec::{Experiment, Mode};
+use crate::experiment::stopping::Rounds;
+
+/// One round of one stage of an experiment.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Block {
+    pub experiment: String,
+    pub stage: Stage,
+    /// Counted from 0, as in files and tables.
+    pub round: usize,
+}
+
+impl Block {
+    pub fn of(round: &PlannedRound, plan: &Plan) -> Block {
+        let experiment = plan.experiments[round.experiment].spec.id.clone();
+        Block { experiment, stage: round.stage, round: round.round }
+    }
+
+    /// Its record in a run folder.
+    pub fn path(&self, folder: &Path) -> PathBuf {
+        RoundRecord::path(folder, &self.experiment, self.stage, self.round)
+    }
+}
+
+impl fmt::Display for Block {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} round {}", self.experiment, self.stage.name(), self.round)
+    }
+}
+
+/// The blocks of a run, the most that each stage may have, numbered by their place: by what the experiments say alone, so that a machine that only submits
+/// numbers them like the nodes that run them. Rounds that do nothing but leave states are the first job's, and no blocks.
+pub fn blocks(experiments: &[Experiment], mode: Mode) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    for experiment in experiments {
+        for stage in Stage::ALL {
+            let rounds = experiment.rounds(mode, stage).map_or(0, Rounds::most);
+            let experiment = &experiment.id;
+            blocks.extend((0..rounds).map(|round| Block { experiment: experiment.clone(), stage, round }));
+        }
+    }
+    blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::experiment::calibration::Calibration;
+    use crate::experiment::factors::Usable;
+    use crate::experiment::library;
+
+    #[test]
+    fn blocks_are_the_rounds_of_every_machine() {
+        let experiments: Vec<Experiment> =
+            library::names().map(|name| library::load(name).unwrap()).collect();
+        for mode in Mode::ALL {
+            let blocks: BTreeSet<Block> = blocks(&experiments, mode).into_iter().collect();
+            for threads in [1, 64] {
+                let timeless = Calibration::TIMELESS;
+                let usable = Usable { threads, cores: threads };
+                let plan = Plan::on(usable, experiments.clone(), mode, timeless).unwrap();
+                let planned = plan.rounds.iter().filter(|round| round.stage != Stage::States);
+                assert_eq!(planned.map(|round| Block::of(round, &plan)).collect::<BTreeSet<_>>(), blocks);
+            }
+        }
+    }
+}
