@@ -18,6 +18,9 @@ use crate::experiment::record::{RoundRecord, SCHEMA, Stage, StateDigest, Status,
 use crate::experiment::run::now_utc;
 use crate::experiment::states::States;
 use crate::experiment::trial::{TimedRequest, TrialRequest};
+use crate::experiment::twin::outcome::{TwinAnswer, require_the_sums_of_rust};
+use crate::experiment::twin::prepare::prepare;
+use crate::experiment::twin::toolchain::Toolchain;
 
 /// A trial that takes this many times its estimate, and at least [`LEAST_LIMIT`], is stopped.
 const LIMIT_FACTOR: f64 = 8.0;
@@ -30,6 +33,7 @@ pub fn execute(plan: &Plan, folder: &Path) -> Result<()> {
         folder,
         progress: progress_bar(plan),
         known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
+        toolchain: Toolchain::default(),
     };
     for round in &plan.rounds {
         execution.complete(round)?;
@@ -56,6 +60,8 @@ struct Execution<'a> {
     progress: ProgressBar,
     /// Digests by step, for each of the plan's states.
     known: Vec<BTreeMap<usize, String>>,
+    /// The twin's programs in C.
+    toolchain: Toolchain,
 }
 
 impl Execution<'_> {
@@ -117,6 +123,7 @@ impl Execution<'_> {
             self.remember(planned, &trial, round);
             trials.push(trial);
         }
+        require_the_sums_of_rust(&mut trials);
         Ok(RoundRecord {
             schema_version: SCHEMA,
             experiment: id.clone(),
@@ -133,11 +140,12 @@ impl Execution<'_> {
         position: usize,
     ) -> Result<TrialRecord> {
         let experiment = &self.plan.experiments[round.experiment];
+        let mut twin = None;
         let (subject, variants, request) = match &planned.work {
             Work::Timed(timed) => {
                 let request = self.timed_request(planned.threads, timed, round)?;
                 let subject = experiment.groups[timed.group].name.clone();
-                (subject, timed.variants.clone(), TrialRequest::Timed(request))
+                (subject, timed.variants.clone(), Ok(TrialRequest::Timed(request)))
             }
             Work::Observed(run) => {
                 let run = &experiment.runs[*run].run;
@@ -148,16 +156,25 @@ impl Execution<'_> {
                     threads: planned.threads,
                     pin: experiment.spec.pin.clone(),
                 };
-                (run.id.clone(), vec![run.variant.clone()], TrialRequest::Observed(request))
+                (run.id.clone(), vec![run.variant.clone()], Ok(TrialRequest::Observed(request)))
+            }
+            Work::Twin(work) => {
+                let (plan, threads, toolchain) = (self.plan, planned.threads, &self.toolchain);
+                let (outcome, request) = prepare(plan, experiment, work, threads, self.folder, toolchain)?;
+                twin = Some(outcome);
+                (work.cell.label(), Vec::new(), request.map(TrialRequest::Twin))
             }
         };
         let limit = LEAST_LIMIT.max(Duration::from_secs_f64(LIMIT_FACTOR * planned.estimate_s));
         let (started_utc, began, done) = (now_utc(), Instant::now(), self.progress.position());
         let expected = milliseconds(planned.estimate_s);
-        let ending = run_child(&request, limit, |elapsed| {
-            let share = (elapsed.as_millis() as u64).min(expected * 95 / 100);
-            self.progress.set_position(done + share);
-        })?;
+        let ending = match &request {
+            Ok(request) => run_child(request, limit, |elapsed| {
+                let share = (elapsed.as_millis() as u64).min(expected * 95 / 100);
+                self.progress.set_position(done + share);
+            })?,
+            Err(reason) => Ending::NotApplicable(reason.clone()),
+        };
         self.progress.set_position(done + expected);
         let mut record = TrialRecord {
             position,
@@ -170,8 +187,9 @@ impl Execution<'_> {
             wall_s: began.elapsed().as_secs_f64(),
             outcome: None,
             observation: None,
+            twin,
         };
-        record.take(ending, &request, limit);
+        record.take(ending, request.as_ref().ok(), limit);
         Ok(record)
     }
 
@@ -222,12 +240,16 @@ fn require_states(round: &PlannedRound, record: &RoundRecord) -> Result<()> {
 
 impl TrialRecord {
     /// Takes up how the trial's process ended.
-    fn take(&mut self, ending: Ending, request: &TrialRequest, limit: Duration) {
+    fn take(&mut self, ending: Ending, request: Option<&TrialRequest>, limit: Duration) {
         self.status = Status::Ok;
         let answer = match ending {
             Ending::Answer(answer) => answer,
             Ending::Failed(reason) => {
                 (self.status, self.reason) = (Status::Failed, reason);
+                return;
+            }
+            Ending::NotApplicable(reason) => {
+                (self.status, self.reason) = (Status::NotApplicable, reason);
                 return;
             }
             Ending::Timeout => {
@@ -236,18 +258,28 @@ impl TrialRecord {
                 return;
             }
         };
-        let taken = match request {
-            TrialRequest::Timed(_) => serde_json::from_slice(&answer).map(|o| self.outcome = Some(o)),
-            TrialRequest::Observed(_) => serde_json::from_slice(&answer).map(|o| self.observation = Some(o)),
-        };
-        if let Err(error) = taken {
-            (self.status, self.reason) = (Status::Failed, format!("its answer cannot be read: {error}"));
+        if let Err(error) = self.take_answer(&answer, request) {
+            (self.status, self.reason) = (Status::Failed, format!("its answer cannot be taken: {error:#}"));
         }
+    }
+
+    /// Reads what the trial's process wrote as that which it was asked for.
+    fn take_answer(&mut self, answer: &[u8], request: Option<&TrialRequest>) -> Result<()> {
+        match request.context("nobody asked for it")? {
+            TrialRequest::Timed(_) => self.outcome = Some(serde_json::from_slice(answer)?),
+            TrialRequest::Observed(_) => self.observation = Some(serde_json::from_slice(answer)?),
+            TrialRequest::Twin(request) => {
+                let answer = TwinAnswer::parse(answer, request.asked())?;
+                self.twin.as_mut().context("no twin was asked for it")?.answer = Some(answer);
+            }
+        }
+        Ok(())
     }
 }
 
-/// How a child ended.
+/// How a child ended, if there was one.
 enum Ending {
+    NotApplicable(String),
     Answer(Vec<u8>),
     Failed(String),
     Timeout,
@@ -315,7 +347,9 @@ fn run_child(request: &TrialRequest, limit: Duration, tick: impl Fn(Duration)) -
 /// What a child that failed said about it: its own error, or else the message of its panic, without paths.
 fn reason(complaint: &str) -> String {
     let mut lines = complaint.lines();
-    let own = complaint.lines().find_map(|line| line.strip_prefix("repro: "));
+    let own = complaint
+        .lines()
+        .find_map(|line| line.strip_prefix("repro: ").or_else(|| line.strip_prefix("twin: ")));
     let panic = lines.find(|line| line.contains("panicked at")).and_then(|_| lines.next());
     without_paths(own.or(panic).unwrap_or("no reason given").trim())
 }

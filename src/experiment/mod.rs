@@ -2,7 +2,7 @@
 //!
 //! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
 //! turns it into rounds of trials; `execute` runs them in child processes, each of which does what `trial` or `observe`
-//! says; `record` is what they leave behind, and `run` the folder that it is left in.
+//! says; `record` is what they leave behind, and `run` the folder that it is left in. `twin` is a kind of trial of its own.
 
 pub mod calibration;
 pub mod execute;
@@ -26,3 +26,4 @@ pub mod states;
 pub mod sweep;
 pub mod timer;
 pub mod trial;
+pub mod twin;

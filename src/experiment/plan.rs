@@ -14,6 +14,7 @@ use crate::experiment::record::{Stage, Variant, Window};
 use crate::experiment::rounds::RoundPlanner;
 use crate::experiment::spec::{Experiment, Mode, Paired, Windows, scene_sets};
 use crate::experiment::states::States;
+use crate::experiment::twin::{self, plan::TwinWork};
 use crate::scene::{Scene, library};
 
 /// Everything a run will do, in order.
@@ -86,6 +87,7 @@ pub enum Work {
     Timed(TimedWork),
     /// Index into [`PlannedExperiment::runs`].
     Observed(usize),
+    Twin(TwinWork),
 }
 
 #[derive(Debug, Clone)]
@@ -131,7 +133,7 @@ impl PlannedTrial {
     pub fn cells(&self) -> usize {
         match &self.work {
             Work::Timed(timed) => timed.variants.len(),
-            Work::Observed(_) => 1,
+            Work::Observed(_) | Work::Twin(_) => 1,
         }
     }
 
@@ -153,10 +155,11 @@ impl PlannedExperiment {
         usable_threads: usize,
         states: &mut Vec<States>,
     ) -> Result<Self, InputError> {
-        let groups = spec
+        let mut groups = spec
             .groups(mode)
             .map(|factors| Group::new(&spec, factors, mode, usable_threads, states))
             .collect::<Result<Vec<_>, _>>()?;
+        groups.extend(twin::plan::group(&spec, mode, usable_threads, states)?);
         let runs =
             spec.observed_runs(mode).into_iter().map(PlannedRun::new).collect::<Result<Vec<_>, _>>()?;
         Ok(PlannedExperiment { spec, groups, runs })

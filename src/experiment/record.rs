@@ -17,6 +17,7 @@ use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
 use crate::experiment::machine::Noise;
 use crate::experiment::memory_order::MemoryOrder;
 use crate::experiment::quantity::Quantity;
+use crate::experiment::twin::outcome::TwinOutcome;
 
 /// The version of every file of a run folder.
 pub const SCHEMA: u32 = 2;
@@ -290,6 +291,9 @@ pub struct TrialRecord {
     pub outcome: Option<Outcome>,
     /// What was seen of an observed run.
     pub observation: Option<Observation>,
+    /// Which twin ran, and what it measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twin: Option<TwinOutcome>,
 }
 
 /// Which kind of trial a round holds.
@@ -304,10 +308,12 @@ pub enum Stage {
     Paired,
     /// Scenes from their start, one a process.
     Observed,
+    /// The loop of the paper's Figure 3 in one language, a program a process.
+    Twin,
 }
 
 impl Stage {
-    pub const ALL: [Stage; 4] = [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed];
+    pub const ALL: [Stage; 5] = [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed, Stage::Twin];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -315,6 +321,7 @@ impl Stage {
             Stage::Whole => "whole",
             Stage::Paired => "paired",
             Stage::Observed => "observed",
+            Stage::Twin => "twin",
         }
     }
 }
@@ -355,6 +362,11 @@ impl RoundRecord {
         for trial in record.trials.iter().filter(|trial| trial.status == Status::Ok) {
             if record.stage == Stage::Observed {
                 ensure!(trial.observation.is_some(), "{name}: an `ok` trial without observation");
+                continue;
+            }
+            if record.stage == Stage::Twin {
+                let twin = trial.twin.as_ref().with_context(|| format!("{name}: a trial of no twin"))?;
+                twin.check(trial.threads).with_context(|| format!("{name}"))?;
                 continue;
             }
             let outcome =

@@ -13,4 +13,5 @@ pub mod samples;
 pub mod section;
 pub mod summary;
 pub mod table;
+pub mod twin;
 pub mod work_precision;
