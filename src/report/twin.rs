@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::base::statistics::median;
 use crate::experiment::record::{SCHEMA, Stage, Status, TrialRecord};
-use crate::experiment::twin::outcome::{Language, TwinBuild, TwinCell, TwinOutcome, TwinPass};
+use crate::experiment::twin::outcome::{Language, TwinAnswer, TwinBuild, TwinCell, TwinOutcome, TwinPass};
 use crate::report::measured::{ByRound, Measured};
 use crate::report::samples::write_csv;
 
@@ -94,17 +94,26 @@ pub fn programs(measured: &Measured, experiment: &str) -> Vec<Program> {
     programs
 }
 
+/// The successful trials of an experiment's twin, with their round.
+pub fn answers<'a>(
+    measured: &'a Measured,
+    experiment: &'a str,
+) -> impl Iterator<Item = (usize, Program, &'a TwinAnswer)> {
+    let ok = measured.trials(experiment, Stage::Twin).filter(|(_, trial)| trial.status == Status::Ok);
+    ok.filter_map(|(round, trial)| {
+        let twin = trial.twin.as_ref()?;
+        let program = Program { cell: twin.cell.clone(), threads: trial.threads };
+        Some((round, program, twin.answer.as_ref()?))
+    })
+}
+
 /// Seconds of a part of a pass, the median of a trial's passes, by round.
 pub fn by_round(measured: &Measured, experiment: &str, program: &Program, part: Part) -> ByRound {
-    let mut seconds = ByRound::new();
-    for (round, trial) in measured.trials(experiment, Stage::Twin) {
-        let twin = trial.twin.as_ref().filter(|_| trial.status == Status::Ok);
-        let twin = twin.filter(|twin| twin.cell == program.cell && trial.threads == program.threads);
-        if let Some(answer) = twin.and_then(|twin| twin.answer.as_ref()) {
-            seconds.extend(median_of(&answer.passes, |pass| part.seconds(pass)).map(|s| (round, s)));
-        }
-    }
-    seconds
+    let of_program = answers(measured, experiment).filter(|(_, found, _)| found == program);
+    let seconds = |(round, _, answer): (usize, Program, &TwinAnswer)| {
+        Some((round, median_of(&answer.passes, |p| part.seconds(p))?))
+    };
+    of_program.filter_map(seconds).collect()
 }
 
 fn median_of(passes: &[TwinPass], seconds: impl Fn(&TwinPass) -> f64) -> Option<f64> {

@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 
 use anyhow::Result;
 
-use crate::base::statistics::{Estimate, Interval};
 use crate::experiment::record::{Stage, Status};
 use crate::experiment::twin::outcome::Language;
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
+use crate::report::language_or_layout::{Compared, verdict};
 use crate::report::measured::{ByRound, Measured, estimate, ratio};
 use crate::report::section::{Content, automatic, categories, point, side_by_side};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show, show_or_none};
-use crate::report::twin::{Part, Program, builds, by_round, name, programs};
+use crate::report::twin::{Part, Program, answers, builds, by_round, name, programs};
 
 const ID: &str = "twin";
 
@@ -47,14 +47,6 @@ struct Twins<'a> {
     programs: Vec<Program>,
 }
 
-/// List over relocated in C beside that in Rust.
-struct Compared {
-    name: String,
-    gain: Estimate,
-    /// C's gain over Rust's, paired by round.
-    over_rust: Estimate,
-}
-
 impl Twins<'_> {
     fn time(&self, program: &Program, part: Part) -> ByRound {
         by_round(self.measured, self.id, program, part)
@@ -77,14 +69,10 @@ impl Twins<'_> {
     }
 
     fn how_measured(&self) -> String {
-        let answers = || {
-            let trials = self.measured.trials(self.id, Stage::Twin).map(|(_, trial)| trial);
-            trials.filter_map(|trial| trial.twin.as_ref()?.answer.as_ref())
-        };
-        let rounds: BTreeSet<usize> =
-            self.measured.trials(self.id, Stage::Twin).map(|(round, _)| round).collect();
-        let passes = answers().map(|answer| answer.passes.len()).max().unwrap_or(0);
-        let digests: BTreeSet<&str> = answers().map(|answer| answer.digest.as_str()).collect();
+        let found = || answers(self.measured, self.id);
+        let rounds: BTreeSet<usize> = found().map(|(round, ..)| round).collect();
+        let passes = found().map(|(_, _, answer)| answer.passes.len()).max().unwrap_or(0);
+        let digests: BTreeSet<&str> = found().map(|(_, _, answer)| answer.digest.as_str()).collect();
         format!(
             "A number is the median of {passes} passes over both layouts in random order; {} rounds, whose processes are \
              the samples of every interval. In each round every program gave the sums of the Rust loop, to the last bit, \
@@ -223,86 +211,4 @@ fn empty_series(label: String, place: usize) -> Series {
     ];
     let (color, marker) = LOOKS[place % LOOKS.len()];
     Series { label, color, line: Line::None, marker, points: Vec::new() }
-}
-
-/// Whose the ratio is. A gain counts as one if its whole interval lies above 1, a difference between languages if the
-/// interval of C's gain over Rust's, paired by round, leaves 1 out.
-fn verdict(in_rust: &Estimate, in_c: &[Compared]) -> String {
-    if in_c.is_empty() {
-        return "No program in C ran, so nothing tells language and layout apart.".to_string();
-    }
-    let estimates = std::iter::once(in_rust).chain(in_c.iter().flat_map(|c| [&c.gain, &c.over_rust]));
-    if estimates.into_iter().any(|estimate| estimate.interval.is_none()) {
-        return "Too few rounds to tell language and layout apart.".to_string();
-    }
-    let gains = |estimate: &Estimate| estimate.interval.is_some_and(|i| i.low > 1.0);
-    let gaining = in_c.iter().filter(|c| gains(&c.gain)).count();
-    match (gains(in_rust), gaining) {
-        (false, 0) => "No gain is resolved in either language.".to_string(),
-        (true, 0) => "Only Rust gains: what it gains is the language's or its compiler's.".to_string(),
-        (false, _) => "Only C gains: what it gains is the language's or its compiler's.".to_string(),
-        (true, all) if all == in_c.len() => {
-            format!("Both languages gain: the gain is the layout's, not the language's{}", how_alike(in_c))
-        }
-        (true, _) => {
-            "Rust gains and C does with some compilers and targets: the gain is not the layout's alone."
-                .to_string()
-        }
-    }
-}
-
-/// By how much C's gains differ from Rust's.
-fn how_alike(in_c: &[Compared]) -> String {
-    let apart =
-        |c: &&Compared| c.over_rust.interval.is_some_and(|Interval { low, high }| low > 1.0 || high < 1.0);
-    let different: Vec<String> = in_c
-        .iter()
-        .filter(apart)
-        .map(|c| format!("{} times Rust's in {}", show(&c.over_rust, 3), c.name))
-        .collect();
-    if different.is_empty() {
-        return ", and no difference between the two is resolved.".to_string();
-    }
-    format!("; its size also depends on the compiler: {}.", different.join(", "))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn estimate(low: f64, high: f64) -> Estimate {
-        Estimate { median: 0.5 * (low + high), interval: Some(Interval { low, high }), samples: 7 }
-    }
-
-    fn compared(gain: [f64; 2], over_rust: [f64; 2]) -> Compared {
-        let (gain, over_rust) = (estimate(gain[0], gain[1]), estimate(over_rust[0], over_rust[1]));
-        Compared { name: "C (gcc), native".to_string(), gain, over_rust }
-    }
-
-    #[test]
-    fn a_gain_in_both_languages_is_the_layouts() {
-        let (gain, none) = (estimate(1.2, 1.3), estimate(0.95, 1.02));
-        let alike = verdict(&gain, &[compared([1.25, 1.35], [0.99, 1.05])]);
-        assert!(alike.contains("layout's, not the language's") && alike.contains("no difference"), "{alike}");
-        let larger = verdict(&gain, &[compared([1.5, 1.6], [1.2, 1.3])]);
-        assert!(
-            larger.contains("layout's") && larger.contains("1.250 [1.200, 1.300] times Rust's"),
-            "{larger}"
-        );
-        let only_c = verdict(&none, &[compared([1.5, 1.6], [1.5, 1.6])]);
-        assert!(only_c.contains("Only C gains"), "{only_c}");
-        let only_rust = verdict(&gain, &[compared([0.9, 1.1], [0.8, 0.9])]);
-        assert!(only_rust.contains("Only Rust gains"), "{only_rust}");
-        let some = verdict(&gain, &[compared([0.9, 1.1], [0.8, 0.9]), compared([1.2, 1.3], [0.9, 1.1])]);
-        assert!(some.contains("not the layout's alone"), "{some}");
-        assert!(verdict(&none, &[compared([0.9, 1.1], [0.9, 1.1])]).contains("No gain is resolved"));
-    }
-
-    #[test]
-    fn too_little_gives_no_verdict() {
-        let gain = estimate(1.2, 1.3);
-        assert!(verdict(&gain, &[]).contains("No program in C ran"));
-        let few = Estimate { interval: None, samples: 5, ..gain };
-        assert!(verdict(&few, &[compared([1.2, 1.3], [0.9, 1.1])]).contains("Too few rounds"));
-    }
 }
