@@ -16,19 +16,23 @@ use sha2::{Digest, Sha256};
 mod scrub;
 
 /// What the hash of the measured code covers.
-const MEASURED: [&str; 9] = [
+const MEASURED: [&str; 12] = [
     "Cargo.lock",
     "Cargo.toml",
+    "scripts/twin/twin.c",
     "src/base",
     "src/engine",
     "src/experiment/memory_order.rs",
     "src/experiment/observe",
     "src/experiment/timer.rs",
     "src/experiment/trial.rs",
+    "src/experiment/twin/loops.rs",
+    "src/experiment/twin/trial.rs",
     "src/scene",
 ];
 /// What decides the program, and therefore whether it differs from its commit.
-const DECIDING: [&str; 6] = ["src", "build.rs", "Cargo.toml", "Cargo.lock", "rust-toolchain.toml", ".cargo"];
+const DECIDING: [&str; 7] =
+    ["src", "scripts/twin/twin.c", "build.rs", "Cargo.toml", "Cargo.lock", "rust-toolchain.toml", ".cargo"];
 const UNAVAILABLE: &str = "unavailable";
 
 fn main() {

@@ -11,8 +11,10 @@ use serde::Serialize;
 use crate::experiment::interrupt;
 use crate::experiment::machine::without_paths;
 
-/// How a child ended.
+/// How a child ended, if there was one.
 pub enum Ending {
+    /// None was started: what it should do cannot be done here.
+    NotApplicable(String),
     Answer(Vec<u8>),
     Failed(String),
     OutOfMemory(String),

@@ -16,6 +16,9 @@ use crate::experiment::record::{RoundRecord, SCHEMA, Stage, StateDigest, Status,
 use crate::experiment::run::now_utc;
 use crate::experiment::states::States;
 use crate::experiment::trial::{TimedRequest, TrialRequest};
+use crate::experiment::twin::outcome::{TwinAnswer, require_the_sums_of_rust};
+use crate::experiment::twin::prepare::prepare;
+use crate::experiment::twin::toolchain::Toolchain;
 
 /// A trial that takes this many times its estimate, and at least [`LEAST_LIMIT`], is stopped.
 const LIMIT_FACTOR: f64 = 8.0;
@@ -75,6 +78,8 @@ struct Execution<'a> {
     known: Vec<BTreeMap<usize, String>>,
     /// What is recorded of each stage, by experiment: what decides whether it needs more rounds.
     done: BTreeMap<(usize, Stage), Vec<RoundRecord>>,
+    /// The twin's programs in C.
+    toolchain: Toolchain,
 }
 
 impl<'a> Execution<'a> {
@@ -86,6 +91,7 @@ impl<'a> Execution<'a> {
             progress: progress_bar(plan),
             known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
             done: BTreeMap::new(),
+            toolchain: Toolchain::default(),
         }
     }
 
@@ -172,6 +178,7 @@ impl<'a> Execution<'a> {
             self.remember(planned, &trial, round);
             trials.push(trial);
         }
+        require_the_sums_of_rust(&mut trials);
         let record = RoundRecord {
             schema_version: SCHEMA,
             experiment: id.clone(),
@@ -191,11 +198,12 @@ impl<'a> Execution<'a> {
         position: usize,
     ) -> Result<(TrialRecord, String)> {
         let experiment = &self.plan.experiments[round.experiment];
+        let mut twin = None;
         let (subject, variants, request) = match &planned.work {
             Work::Timed(timed) => {
                 let request = self.timed_request(planned.threads, timed, round)?;
                 let subject = experiment.groups[timed.group].name.clone();
-                (subject, timed.variants.clone(), TrialRequest::Timed(request))
+                (subject, timed.variants.clone(), Ok(TrialRequest::Timed(request)))
             }
             Work::Observed(run) => {
                 let run = &experiment.runs[*run].run;
@@ -206,7 +214,13 @@ impl<'a> Execution<'a> {
                     threads: planned.threads,
                     pin: experiment.spec.pin.clone(),
                 };
-                (run.id.clone(), vec![run.variant.clone()], TrialRequest::Observed(request))
+                (run.id.clone(), vec![run.variant.clone()], Ok(TrialRequest::Observed(request)))
+            }
+            Work::Twin(work) => {
+                let (plan, threads, toolchain) = (self.plan, planned.threads, &self.toolchain);
+                let (outcome, request) = prepare(plan, experiment, work, threads, self.folder, toolchain)?;
+                twin = Some(outcome);
+                (work.cell.label(), Vec::new(), request.map(TrialRequest::Twin))
             }
         };
         let limit = match experiment.spec.time_limit_s {
@@ -215,10 +229,13 @@ impl<'a> Execution<'a> {
         };
         let (started_utc, began, done) = (now_utc(), Instant::now(), self.progress.position());
         let expected = milliseconds(planned.estimate_s);
-        let Ended { ending, complaint } = child::run(&request, limit, |elapsed| {
-            let share = (elapsed.as_millis() as u64).min(expected * 95 / 100);
-            self.progress.set_position(done + share);
-        })?;
+        let Ended { ending, complaint } = match &request {
+            Ok(request) => child::run(request, limit, |elapsed| {
+                let share = (elapsed.as_millis() as u64).min(expected * 95 / 100);
+                self.progress.set_position(done + share);
+            })?,
+            Err(reason) => Ended { ending: Ending::NotApplicable(reason.clone()), complaint: String::new() },
+        };
         self.progress.set_position(done + expected);
         let mut record = TrialRecord {
             position,
@@ -231,8 +248,9 @@ impl<'a> Execution<'a> {
             wall_s: began.elapsed().as_secs_f64(),
             outcome: None,
             observation: None,
+            twin,
         };
-        record.take(ending, &request, limit);
+        record.take(ending, request.as_ref().ok(), limit);
         Ok((record, complaint))
     }
 
@@ -298,7 +316,7 @@ fn require_states(round: &PlannedRound, record: &RoundRecord) -> Result<()> {
 
 impl TrialRecord {
     /// Takes up how the trial's process ended.
-    fn take(&mut self, ending: Ending, request: &TrialRequest, limit: Duration) {
+    fn take(&mut self, ending: Ending, request: Option<&TrialRequest>, limit: Duration) {
         self.status = Status::Ok;
         let answer = match ending {
             Ending::Answer(answer) => answer,
@@ -310,18 +328,31 @@ impl TrialRecord {
                 (self.status, self.reason) = (Status::OutOfMemory, reason);
                 return;
             }
+            Ending::NotApplicable(reason) => {
+                (self.status, self.reason) = (Status::NotApplicable, reason);
+                return;
+            }
             Ending::Timeout => {
                 self.status = Status::Timeout;
                 self.reason = format!("took longer than its limit of {:.0} s", limit.as_secs_f64());
                 return;
             }
         };
-        let taken = match request {
-            TrialRequest::Timed(_) => serde_json::from_slice(&answer).map(|o| self.outcome = Some(o)),
-            TrialRequest::Observed(_) => serde_json::from_slice(&answer).map(|o| self.observation = Some(o)),
-        };
-        if let Err(error) = taken {
-            (self.status, self.reason) = (Status::Failed, format!("its answer cannot be read: {error}"));
+        if let Err(error) = self.take_answer(&answer, request) {
+            (self.status, self.reason) = (Status::Failed, format!("its answer cannot be taken: {error:#}"));
         }
+    }
+
+    /// Reads what the trial's process wrote as that which it was asked for.
+    fn take_answer(&mut self, answer: &[u8], request: Option<&TrialRequest>) -> Result<()> {
+        match request.context("nobody asked for it")? {
+            TrialRequest::Timed(_) => self.outcome = Some(serde_json::from_slice(answer)?),
+            TrialRequest::Observed(_) => self.observation = Some(serde_json::from_slice(answer)?),
+            TrialRequest::Twin(request) => {
+                let answer = TwinAnswer::parse(answer, request.asked())?;
+                self.twin.as_mut().context("no twin was asked for it")?.answer = Some(answer);
+            }
+        }
+        Ok(())
     }
 }

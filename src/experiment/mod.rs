@@ -2,7 +2,8 @@
 //!
 //! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
 //! turns it into rounds of trials; `execute` runs them, each in a `child`, which does what `trial` or `observe`
-//! says; `record` is what they leave behind, and `run` the folder that it is left in. `cluster` spreads rounds over nodes.
+//! says; `record` is what they leave behind, and `run` the folder that it is left in. `cluster` spreads rounds over nodes;
+//! `twin` is a kind of trial of its own.
 
 pub mod calibration;
 pub mod child;
@@ -34,3 +35,4 @@ pub mod stopping;
 pub mod sweep;
 pub mod timer;
 pub mod trial;
+pub mod twin;

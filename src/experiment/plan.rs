@@ -15,6 +15,7 @@ use crate::experiment::rounds::RoundPlanner;
 use crate::experiment::selection::CellSettings;
 use crate::experiment::spec::{Experiment, Mode, Paired, Windows, scene_sets};
 use crate::experiment::states::States;
+use crate::experiment::twin::{self, plan::TwinWork};
 use crate::scene::{Scene, library};
 
 /// Everything a run will do, in order.
@@ -84,6 +85,7 @@ pub enum Work {
     Timed(TimedWork),
     /// Index into [`PlannedExperiment::runs`].
     Observed(usize),
+    Twin(TwinWork),
 }
 
 #[derive(Debug, Clone)]
@@ -121,7 +123,7 @@ impl Plan {
         let mut left = vec![false; states.len()];
         for (index, experiment) in experiments.iter().enumerate() {
             let planner = RoundPlanner { experiment, index, calibration, states: &states };
-            rounds.extend(planner.rounds(mode, usable.threads, &mut left));
+            rounds.extend(planner.rounds(mode, usable, &mut left));
         }
         Ok(Plan { mode, experiments, states, rounds, usable })
     }
@@ -137,7 +139,7 @@ impl PlannedTrial {
     pub fn cells(&self) -> usize {
         match &self.work {
             Work::Timed(timed) => timed.variants.len(),
-            Work::Observed(_) => 1,
+            Work::Observed(_) | Work::Twin(_) => 1,
         }
     }
 
@@ -163,10 +165,11 @@ impl PlannedExperiment {
         usable: Usable,
         states: &mut Vec<States>,
     ) -> Result<Self, InputError> {
-        let groups = spec
+        let mut groups = spec
             .groups(mode)
             .map(|factors| Group::new(&spec, factors, mode, usable, states))
             .collect::<Result<Vec<_>, _>>()?;
+        groups.extend(twin::plan::group(&spec, mode, usable, states)?);
         let runs =
             spec.observed_runs(mode).into_iter().map(PlannedRun::new).collect::<Result<Vec<_>, _>>()?;
         Ok(PlannedExperiment { spec, groups, runs })
@@ -196,10 +199,6 @@ impl Group {
             Check { file: &spec.id }.require(same, "scheme", format!("`{}`", variant.scheme), allowed)?;
         }
         scene.require_memory(&spec.scene, variants.len() + 1, memory::available_bytes())?;
-        let windows = match &measurement.paired {
-            Some(paired) => windows_of(paired, &scene, &spec.id, mode)?,
-            None => Vec::new(),
-        };
         let (applicable, not_applicable): (Vec<usize>, Vec<usize>) =
             factors.thread_counts(usable).into_iter().partition(|&count| count <= usable.threads);
         let measured = |threads: usize| {
@@ -209,13 +208,18 @@ impl Group {
             (threads, variants.iter().filter(wanted).cloned().collect::<Vec<_>>())
         };
         let cells = applicable.into_iter().map(measured).filter(|(_, variants)| !variants.is_empty());
+        let cells: Vec<(usize, Vec<Variant>)> = cells.collect();
+        let windows = match &measurement.paired {
+            Some(paired) if !cells.is_empty() => windows_of(paired, &scene, &spec.id, mode)?,
+            _ => Vec::new(),
+        };
         Ok(Group {
             name: factors.name.clone(),
             states: States::needed(states, &scene, spec.fixed.cg_tolerance, &windows),
             scene,
             sets,
             particles: initial.len(),
-            cells: cells.collect(),
+            cells,
             not_applicable,
             windows,
         })

@@ -53,9 +53,7 @@ pub fn progress(info: &RunInfo, rounds: &[RoundRecord]) -> Vec<StageProgress> {
                 most: planned.most(),
                 complete,
                 missing,
-                failed_trials: trials
-                    .filter(|trial| trial.outcome.is_none() && trial.observation.is_none())
-                    .count(),
+                failed_trials: trials.filter(|trial| trial.status.is_failure()).count(),
                 recorded: recorded.len(),
             });
         }

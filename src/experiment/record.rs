@@ -18,6 +18,7 @@ use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
 use crate::experiment::machine::Noise;
 use crate::experiment::memory_order::MemoryOrder;
 use crate::experiment::quantity::Quantity;
+use crate::experiment::twin::outcome::TwinOutcome;
 
 /// The version of every file of a run folder.
 pub const SCHEMA: u32 = 2;
@@ -181,6 +182,11 @@ pub enum Status {
 }
 
 impl Status {
+    /// Whether the trial should have had an answer and has none.
+    pub fn is_failure(self) -> bool {
+        !matches!(self, Status::Ok | Status::Skipped | Status::NotApplicable)
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Status::Ok => "ok",
@@ -304,6 +310,9 @@ pub struct TrialRecord {
     pub outcome: Option<Outcome>,
     /// What was seen of an observed run.
     pub observation: Option<Observation>,
+    /// Which twin ran, and what it measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twin: Option<TwinOutcome>,
 }
 
 /// Which kind of trial a round holds.
@@ -318,10 +327,12 @@ pub enum Stage {
     Paired,
     /// Scenes from their start, one a process.
     Observed,
+    /// The loop of the paper's Figure 3 in one language, a program a process.
+    Twin,
 }
 
 impl Stage {
-    pub const ALL: [Stage; 4] = [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed];
+    pub const ALL: [Stage; 5] = [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed, Stage::Twin];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -329,6 +340,7 @@ impl Stage {
             Stage::Whole => "whole",
             Stage::Paired => "paired",
             Stage::Observed => "observed",
+            Stage::Twin => "twin",
         }
     }
 }
@@ -355,7 +367,7 @@ impl RoundRecord {
 
     /// Whether a trial ended without an answer.
     pub fn has_failures(&self) -> bool {
-        self.trials.iter().any(|trial| trial.status != Status::Ok)
+        self.trials.iter().any(|trial| trial.status.is_failure())
     }
 
     /// Writes what the round's processes had to say, beside the records.
@@ -385,6 +397,11 @@ impl RoundRecord {
         for trial in record.trials.iter().filter(|trial| trial.status == Status::Ok) {
             if record.stage == Stage::Observed {
                 ensure!(trial.observation.is_some(), "{name}: an `ok` trial without observation");
+                continue;
+            }
+            if record.stage == Stage::Twin {
+                let twin = trial.twin.as_ref().with_context(|| format!("{name}: a trial of no twin"))?;
+                twin.check(trial.threads).with_context(|| format!("{name}"))?;
                 continue;
             }
             let outcome =

@@ -2,10 +2,12 @@
 
 use crate::engine::preset::Preset;
 use crate::experiment::calibration::Calibration;
+use crate::experiment::factors::Usable;
 use crate::experiment::plan::{PlannedExperiment, PlannedRound, PlannedRun, PlannedTrial, TimedWork, Work};
 use crate::experiment::record::{Stage, Variant, Window};
 use crate::experiment::spec::{Mode, Paired, Whole};
 use crate::experiment::states::States;
+use crate::experiment::twin;
 
 /// Makes the rounds of one experiment.
 pub struct RoundPlanner<'a> {
@@ -19,7 +21,7 @@ pub struct RoundPlanner<'a> {
 impl RoundPlanner<'_> {
     /// The rounds of every stage. The first whole run of a scene leaves the states from which windows start; where there
     /// is none, a run of its own does. `left` says whose states lie there already.
-    pub fn rounds(&self, mode: Mode, usable_threads: usize, left: &mut [bool]) -> Vec<PlannedRound> {
+    pub fn rounds(&self, mode: Mode, usable: Usable, left: &mut [bool]) -> Vec<PlannedRound> {
         let measurement = self.experiment.spec.measurement(mode);
         let mut rounds = Vec::new();
         if let Some(whole) = &measurement.whole {
@@ -35,20 +37,21 @@ impl RoundPlanner<'_> {
             let answer = self.states[group.states].variant();
             let can_save = |trial: &&mut PlannedTrial| match &trial.work {
                 Work::Timed(timed) => timed.group == k && timed.variants[0].has_answer_of(&answer),
-                Work::Observed(_) => false,
+                Work::Observed(_) | Work::Twin(_) => false,
             };
             let first = rounds.first_mut().and_then(|round| round.trials.iter_mut().find(can_save));
             match first.map(|trial| &mut trial.work) {
                 Some(Work::Timed(timed)) => timed.saves_states = true,
-                _ => rounds.push(self.states(k, usable_threads)),
+                _ => rounds.push(self.states(k, usable.threads)),
             }
         }
         if let Some(paired) = &measurement.paired {
             rounds.extend((0..paired.rounds.most()).map(|round| self.paired(paired, round)));
         }
         if let Some(observed) = &measurement.observed {
-            rounds.extend((0..observed.rounds).map(|round| self.observed(round, usable_threads)));
+            rounds.extend((0..observed.rounds).map(|round| self.observed(round, usable.threads)));
         }
+        rounds.extend(twin::plan::rounds(self.experiment, self.index, mode, usable, self.calibration));
         rounds.retain(|round| !round.trials.is_empty());
         rounds
     }

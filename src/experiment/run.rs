@@ -316,7 +316,7 @@ fn lock(folder: &Path, hold: Hold) -> Result<File> {
 fn clear(folder: &Path) -> Result<()> {
     for name in ["run.json", "machine.json", "machine.csv", "samples.csv", "steps.csv", "summary.csv"]
         .into_iter()
-        .chain(["observations.csv", "fronts.csv", "claims.csv", "report.md", "report.html"])
+        .chain(["observations.csv", "fronts.csv", "twin.csv", "claims.csv", "report.md", "report.html"])
     {
         let path = folder.join(name);
         if path.is_file() {

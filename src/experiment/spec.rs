@@ -16,6 +16,7 @@ use crate::experiment::record::{Stage, Variant};
 use crate::experiment::selection::{CellSettings, Exclusion, Selection};
 use crate::experiment::stopping::Rounds;
 use crate::experiment::sweep::Sweep;
+use crate::experiment::twin::spec::{TwinFactors, TwinMeasurement};
 
 /// The version of the experiment format.
 pub const SCHEMA: u32 = 2;
@@ -96,6 +97,9 @@ pub struct Experiment {
     /// Scenes to observe with many settings.
     #[serde(default)]
     pub sweep: Vec<Sweep>,
+    /// The loop of the paper's Figure 3 in two languages.
+    #[serde(default)]
+    pub twin: Option<TwinFactors>,
     /// What each mode measures.
     pub mode: Modes,
 }
@@ -123,6 +127,7 @@ pub struct Measurement {
     pub whole: Option<Whole>,
     pub paired: Option<Paired>,
     pub observed: Option<Observed>,
+    pub twin: Option<TwinMeasurement>,
 }
 
 /// Whole runs, one variant a process.
@@ -226,6 +231,9 @@ impl Experiment {
         for (k, sweep) in self.sweep.iter().enumerate() {
             sweep.check(check, &format!("sweep[{k}]"))?;
         }
+        if let Some(twin) = &self.twin {
+            twin.check(check)?;
+        }
         for mode in Mode::ALL {
             self.check_mode(check, mode)?;
         }
@@ -248,8 +256,11 @@ impl Experiment {
             runs.len(),
             allowed,
         )?;
+        let twin = measurement.twin.is_some();
+        let allowed = "`twin` and the table `[twin]` belong together";
+        check.require(!twin || self.twin.is_some(), &key("twin"), twin, allowed)?;
         check.require(
-            timed || !runs.is_empty(),
+            timed || twin || !runs.is_empty(),
             &key("paired"),
             "missing",
             "a mode must measure something",
@@ -310,6 +321,7 @@ impl Experiment {
             Stage::Whole => measurement.whole.as_ref().map(|whole| whole.rounds),
             Stage::Paired => measurement.paired.as_ref().map(|paired| paired.rounds),
             Stage::Observed => measurement.observed.as_ref().map(|observed| Rounds::Fixed(observed.rounds)),
+            Stage::Twin => measurement.twin.as_ref().map(|twin| Rounds::Fixed(twin.rounds)),
         }
     }
 
@@ -350,7 +362,7 @@ impl Measurement {
         for (name, count) in found {
             check.require((1..=10_000).contains(&count), &key(name), count, counts)?;
         }
-        Ok(())
+        self.twin.map_or(Ok(()), |twin| twin.check(check, mode.name()))
     }
 }
 

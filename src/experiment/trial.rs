@@ -24,6 +24,7 @@ use crate::experiment::record::{
     Outcome, PhaseSample, StateDigest, StepSample, Variant, Window, WindowSample,
 };
 use crate::experiment::timer::PhaseClock;
+use crate::experiment::twin::trial::{self as twin, TwinRequest};
 use crate::scene::{library, snapshot};
 
 /// What a child process is asked to do.
@@ -32,6 +33,7 @@ use crate::scene::{library, snapshot};
 pub enum TrialRequest {
     Timed(TimedRequest),
     Observed(ObserveRequest),
+    Twin(TwinRequest),
 }
 
 /// Which steps to compute in which ways.
@@ -62,6 +64,7 @@ pub fn run(request: &TrialRequest) -> Result<Vec<u8>> {
     Ok(match request {
         TrialRequest::Timed(request) => serde_json::to_vec(&run_timed(request)?)?,
         TrialRequest::Observed(request) => serde_json::to_vec(&observe::run(request)?)?,
+        TrialRequest::Twin(request) => twin::run(request)?,
     })
 }
 

@@ -17,7 +17,7 @@ use crate::report::measured::Measured;
 use crate::report::section::{self, Content};
 use crate::report::summary::{CellPhase, cell_phases, summary};
 use crate::report::table::{TableView, show};
-use crate::report::{compared, noise, observations, samples};
+use crate::report::{compared, noise, observations, samples, twin};
 
 /// Width of the PNGs, pixels.
 pub const PNG_WIDTH: u32 = 1600;
@@ -103,7 +103,7 @@ pub struct Written {
     /// Paths below the run folder, in the order in which a reader wants them.
     pub files: Vec<String>,
     pub judged: Vec<Judged>,
-    /// Trials that ended without an outcome.
+    /// Trials that ended without an outcome, those left out that cannot run here.
     pub failed_trials: usize,
     /// Trials that have one.
     pub ok_trials: usize,
@@ -126,6 +126,7 @@ pub fn write(folder: &Path) -> Result<Written> {
     let phases = cell_phases(&samples::frame(&rows)?)?;
     samples::write_csv(&folder.join("summary.csv"), &summary(&phases, measured.info.mode))?;
     observations::write(&measured, folder)?;
+    twin::write(&measured, folder)?;
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
     write_claims(&measured, &judged, folder)?;
@@ -140,7 +141,8 @@ pub fn write(folder: &Path) -> Result<Written> {
     let rounds = || measured.rounds.iter().filter(|round| round.stage != Stage::States);
     let trials = || rounds().flat_map(|round| &round.trials);
     let ok_trials = trials().filter(|trial| trial.status == Status::Ok).count();
-    Ok(Written { files, judged, ok_trials, failed_trials: trials().count() - ok_trials })
+    let failed_trials = trials().filter(|trial| trial.status.is_failure()).count();
+    Ok(Written { files, judged, ok_trials, failed_trials })
 }
 
 /// All derived files below the run folder, those for people first. A table without a row has no file.
@@ -149,7 +151,7 @@ fn file_names(folder: &Path, sections: &[Section]) -> Vec<String> {
     files.extend(sections.iter().flat_map(|section| section.files.clone()));
     let figures = sections.iter().flat_map(|section| &section.figures);
     files.extend(figures.flat_map(|f| ["svg", "png"].map(|kind| format!("figures/{}.{kind}", f.file))));
-    let data = ["summary.csv", "samples.csv", "steps.csv", "observations.csv", "fronts.csv"];
+    let data = ["summary.csv", "samples.csv", "steps.csv", "observations.csv", "fronts.csv", "twin.csv"];
     files.extend(data.into_iter().chain(["machine.json", "machine.csv"]).map(String::from));
     files.retain(|file| file.starts_with("report.") || folder.join(file).is_file());
     files
@@ -260,7 +262,7 @@ fn draw(name: &str, figure: &Figure, folder: &Path) -> Result<FigureView> {
 fn failures(measured: &Measured, id: &str) -> Vec<String> {
     let mut sentences = Vec::new();
     for stage in Stage::ALL {
-        for (round, trial) in measured.trials(id, stage).filter(|(_, trial)| trial.status != Status::Ok) {
+        for (round, trial) in measured.trials(id, stage).filter(|(_, trial)| trial.status.is_failure()) {
             sentences.push(format!(
                 "{}{} round {round} on {} thread(s): {}: {}",
                 stage.name(),

@@ -82,6 +82,7 @@ fn is_of(
             let run = &experiment.runs[*run].run;
             trial.subject == run.id && trial.variants == [run.variant.clone()]
         }
+        Work::Twin(work) => trial.subject == work.cell.label() && trial.variants.is_empty(),
     };
     same && trial.position == position && trial.threads == planned.threads
 }

@@ -12,6 +12,7 @@ mod hard_cases;
 mod memory_order;
 mod particle_count;
 mod table2;
+mod twin;
 
 use anyhow::Result;
 
@@ -35,9 +36,19 @@ pub struct Content {
     pub files: Vec<(String, Vec<u8>)>,
 }
 
+impl Content {
+    /// Adds what else there is to say.
+    fn append(&mut self, mut more: Content) {
+        self.findings.append(&mut more.findings);
+        self.figures.append(&mut more.figures);
+        self.tables.append(&mut more.tables);
+        self.files.append(&mut more.files);
+    }
+}
+
 type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
 
-const SECTIONS: [(&str, Section); 10] = [
+const SECTIONS: [(&str, Section); 11] = [
     ("table2", table2::content),
     ("figure4", figure4::content),
     ("chunks", chunks::content),
@@ -45,6 +56,7 @@ const SECTIONS: [(&str, Section); 10] = [
     ("particle-count", particle_count::content),
     ("cg", cg::content),
     ("bucket-side", bucket_side::content),
+    ("twin", twin::content),
     ("effects-cost", effects_cost::content),
     ("accuracy-cost", accuracy_cost::content),
     ("hard-cases", hard_cases::content),
@@ -69,6 +81,7 @@ fn plain(measured: &Measured, phases: &[CellPhase], id: &str) -> Content {
         let (findings, tables) = hard_cases::verdicts(measured, experiment);
         content.findings.extend(findings);
         content.tables.extend(tables);
+        content.append(twin::content_of(measured, id));
     }
     content
 }
