@@ -169,9 +169,10 @@ mod tests {
     }
 
     #[test]
-    fn rounds_that_drift_resolve_nothing() {
-        let trend: Vec<f64> = (1..=12).map(|k| -0.01 * f64::from(k)).collect();
-        assert_eq!(verdicts(&[trend]), [Verdict::NotResolved { why: Unresolved::DependentRounds }]);
+    fn rounds_that_drift_resolve_only_what_all_agree_on() {
+        let trend = |first: i32| (first..first + 12).map(|k| -0.01 * f64::from(k)).collect::<Vec<_>>();
+        assert_eq!(verdicts(&[trend(-1)]), [Verdict::NotResolved { why: Unresolved::DependentRounds }]);
+        assert_eq!(verdicts(&[trend(1)]), [Verdict::Faster]);
     }
 
     #[test]

@@ -9,8 +9,8 @@ const LARGEST: f64 = 0.9;
 /// By how much the variance of the rounds' median exceeds that of as many independent rounds.
 ///
 /// That is `(1 + r) / (1 - r)` for a disturbance that decays from round to round by the autocorrelation `r` of
-/// neighbours, and 1 where `r` does not exceed its own standard error, `1/sqrt(n)`: in one of six series whose rounds
-/// are independent it does. Always 1 below nine rounds. `r` is estimated from ranks, so that a single spike hides
+/// neighbours, and 1 where `r` does not exceed its own standard error, `1/sqrt(n)`: in one of seven series whose
+/// rounds are independent it does. Always 1 below nine rounds. `r` is estimated from ranks, so that a single spike hides
 /// nothing.
 pub fn variance_inflation(rounds: &[f64]) -> f64 {
     let n = rounds.len() as f64;
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn one_of_six_independent_series_seems_dependent() {
+    fn one_of_seven_independent_series_seems_dependent() {
         let mut random = fastrand::Rng::with_seed(3);
         for n in [9, 19, 30] {
             let seems = |_: &i32| variance_inflation(&(0..n).map(|_| random.f64()).collect::<Vec<_>>()) > 1.0;

@@ -26,23 +26,15 @@ impl Interval {
     }
 }
 
-/// Why rounds have no interval.
+/// Why there is no interval: even smallest to largest would cover less than [`CONFIDENCE`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum NoInterval {
-    TooFewRounds {
-        needed: usize,
-    },
-    /// Neighbouring rounds resemble one another so much that they count as too few independent ones.
-    DependentRounds,
+pub struct TooFewRounds {
+    pub needed: usize,
 }
 
-impl fmt::Display for NoInterval {
+impl fmt::Display for TooFewRounds {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            NoInterval::TooFewRounds { needed } => write!(f, "too few rounds: {needed} needed"),
-            NoInterval::DependentRounds => write!(f, "the rounds are not independent: neighbours are alike"),
-        }
+        write!(f, "too few rounds: {} needed", self.needed)
     }
 }
 
@@ -54,36 +46,33 @@ pub fn median_interval(samples: &[f64]) -> Option<Interval> {
 }
 
 /// The same of rounds in the order in which they were measured. Where neighbours resemble one another, its ends lie
-/// further out, by the root of the [`variance_inflation`]: ranks lie about the middle one as the sign test's count
-/// does, whose variance is inflated as the median's is.
-pub fn interval_of_rounds(rounds: &[f64]) -> Result<Interval, NoInterval> {
-    let needed = samples_needed(1.0 - CONFIDENCE);
-    if rounds.len() < needed {
-        return Err(NoInterval::TooFewRounds { needed });
-    }
+/// further from the middle rank, by the root of the [`variance_inflation`], at most at the smallest and the largest
+/// round: the count of rounds above the median varies as much more as the median itself does.
+pub fn interval_of_rounds(rounds: &[f64]) -> Result<Interval, TooFewRounds> {
     let rank = interval_rank(rounds.len(), variance_inflation(rounds));
-    rank.and_then(|rank| interval(rounds, rank)).ok_or(NoInterval::DependentRounds)
+    let interval = rank.and_then(|rank| interval(rounds, rank));
+    interval.ok_or(TooFewRounds { needed: samples_needed(1.0 - CONFIDENCE) })
 }
 
 /// The p-value of the two-sided sign test that the true median of rounds, in the order in which they were measured, is
-/// zero. It is at most `1 - CONFIDENCE` where [`interval_of_rounds`] excludes zero. A round that is exactly zero speaks
+/// zero. It is at most `1 - CONFIDENCE` exactly where [`interval_of_rounds`] excludes zero. A round that is zero speaks
 /// for neither side, and counts against both.
 pub fn sign_test_of_rounds(rounds: &[f64]) -> f64 {
     sign_test(rounds, variance_inflation(rounds))
 }
 
-/// The same for a stated inflation of the variance: the count's distance from the middle shrinks by its root.
+/// The same for a stated inflation of the variance: where rounds contradict one another, the distance of their count from
+/// the middle shrinks by the inflation's root.
 pub(super) fn sign_test(samples: &[f64], inflation: f64) -> f64 {
     let n = samples.len();
     let above = samples.iter().filter(|&&sample| sample > 0.0).count();
     let below = samples.iter().filter(|&&sample| sample < 0.0).count();
     let middle = 0.5 * (n as f64 - 1.0);
-    let distance = middle - (n - above.max(below)) as f64;
-    if distance <= 0.0 {
-        return 1.0;
-    }
-    let against = (middle - distance / inflation.sqrt()).ceil() as usize;
-    2.0 * binomial_terms(n).take(against + 1).sum::<f64>()
+    let against = match n - above.max(below) {
+        0 => 0.0,
+        contrary => (middle - (middle - contrary as f64) / inflation.sqrt()).ceil(),
+    };
+    (2.0 * binomial_terms(n).take(against as usize + 1).sum::<f64>()).min(1.0)
 }
 
 /// The least number of samples with which a two-sided sign test can reach a p-value: all of them lie on one side.
@@ -101,8 +90,8 @@ fn interval_rank(samples: usize, inflation: f64) -> Option<usize> {
     let below =
         binomial_terms(samples).take(samples.div_ceil(2)).take_while(covers).count().checked_sub(1)?;
     let middle = 0.5 * (samples as f64 - 1.0);
-    let further_out = (middle - (middle - below as f64) * inflation.sqrt()).floor();
-    (further_out >= 0.0).then_some(further_out as usize + 1)
+    let further_out = (middle - (middle - below as f64) * inflation.sqrt()).floor().max(0.0);
+    Some(further_out as usize + 1)
 }
 
 fn interval(samples: &[f64], rank: usize) -> Option<Interval> {
@@ -135,7 +124,7 @@ mod tests {
         }
         for n in 0..6 {
             assert_eq!(median_interval(&vec![1.0; n]), None);
-            assert_eq!(interval_of_rounds(&vec![1.0; n]), Err(NoInterval::TooFewRounds { needed: 6 }));
+            assert_eq!(interval_of_rounds(&vec![1.0; n]), Err(TooFewRounds { needed: 6 }));
         }
     }
 
@@ -155,15 +144,15 @@ mod tests {
         let rank = interval_rank(400, 4.0).unwrap() as f64;
         assert!((rank - (200.0 - 1.96 * 20.0)).abs() <= 2.0, "{rank}");
         assert_eq!(interval_rank(9, 1.5), Some(1));
-        assert_eq!(interval_rank(9, 4.0), None);
+        assert_eq!(interval_rank(9, 4.0), Some(1));
     }
 
     #[test]
-    fn rounds_in_a_trend_have_no_interval() {
+    fn the_order_of_rounds_widens_their_interval() {
         let trend: Vec<f64> = (1..=12).map(f64::from).collect();
-        assert_eq!(interval_of_rounds(&trend), Err(NoInterval::DependentRounds));
+        assert_eq!(interval_of_rounds(&trend), Ok(Interval { low: 1.0, high: 12.0 }));
         let shuffled = [5.0, 1.0, 12.0, 8.0, 3.0, 10.0, 2.0, 7.0, 11.0, 4.0, 9.0, 6.0];
-        assert_eq!(interval_of_rounds(&shuffled).ok(), median_interval(&shuffled));
+        assert_eq!(interval_of_rounds(&shuffled), Ok(Interval { low: 3.0, high: 10.0 }));
     }
 
     /// 8 of 10 on one side: 2 (1 + 10 + 45) / 1024; a zero in place of one of the eight counts against them.

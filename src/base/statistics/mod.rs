@@ -2,8 +2,8 @@
 //!
 //! The samples of a cell are its rounds in the order in which they were measured. Times of two cells are compared by the
 //! logarithm of their ratio within each round, so that what disturbs a whole round cancels; the random order of the
-//! cells in a round makes what is left independent, even on a machine that drifts. `tests/statistics_coverage.rs`
-//! measures on synthetic rounds how often the intervals cover and how often a verdict is wrong.
+//! cells in a round makes what is left independent, even on a machine that drifts. `tests/statistics_coverage` measures
+//! on synthetic rounds how often intervals cover and how often a verdict is wrong.
 
 mod comparison;
 mod dependence;
@@ -17,7 +17,7 @@ pub use comparison::{Comparison, Unresolved, Verdict, compare, holm};
 pub use dependence::variance_inflation;
 pub use estimate::Estimate;
 pub use interval::{
-    Interval, NoInterval, interval_of_rounds, median_interval, samples_needed, sign_test_of_rounds,
+    Interval, TooFewRounds, interval_of_rounds, median_interval, samples_needed, sign_test_of_rounds,
 };
 pub use noise_floor::{NoiseFloor, noise_floor};
 pub use outliers::outliers;

@@ -3,11 +3,14 @@
 //!
 //! An interval that is published because it happens to be narrow misses the truth more often than it says: rounds that
 //! lie close together by chance give a narrow interval in the wrong place. Asked after every round, intervals of
-//! nominally 95 % cover 93 % of the time. Two things repair that. The width is looked at only after 6, 9, 13, 19, 27, 38
-//! .. rounds, each 1.4 times as many as before; and it must be as narrow as asked at two looks in succession, so that a
-//! lucky look is confirmed by rounds that had no part in it. What is published then covers at least 95 % of the time,
-//! whatever the noise and the target; the price is about a third more rounds. `tests/statistics_coverage.rs` holds
-//! the figures.
+//! nominally 95 % cover 92 to 94 % of the time, 87 % where the noise has two modes. Two things repair that. The width is
+//! looked at only after 6, 9, 13, 19, 27, 38 .. rounds, each 1.4 times as many as before; and it must be as narrow as
+//! asked at two looks in succession, so that a lucky look is confirmed by rounds that had no part in it. What is published
+//! then covers 95.6 to 97.5 % of the time, 94.5 % with two modes, whatever the target, and is at most 1.25 times as wide
+//! as the best interval of that coverage. The price is about half as many rounds again, at least nine in all. To divide
+//! the level among the looks instead would hold for every distribution, but after twelve rounds would ask for the second
+//! smallest and largest, which for normal noise lie 1.4 times as far apart as the third. `tests/statistics_coverage`
+//! has the figures.
 
 use serde::{Deserialize, Serialize};
 
@@ -135,9 +138,11 @@ mod tests {
         assert_eq!(enough::<Vec<f64>>(&[], &RULE), Decision::Narrow);
     }
 
+    /// From the second smallest to the second largest of nine, a trend is narrow; from the smallest to the largest it is not.
     #[test]
-    fn rounds_that_drift_are_never_narrow() {
-        let trend: Vec<f64> = (0..27).map(|k| 1e-6 * f64::from(k)).collect();
-        assert_eq!(enough(&[trend], &RULE), Decision::Continue { rounds: 30 });
+    fn rounds_that_drift_must_be_narrow_as_a_whole() {
+        let trend = |step: f64| (0..9).map(|k| step * f64::from(k)).collect::<Vec<f64>>();
+        assert_eq!(enough(&[trend(0.0028)], &RULE), Decision::Continue { rounds: 13 });
+        assert_eq!(enough(&[trend(0.0024)], &RULE), Decision::Narrow);
     }
 }
