@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::cli::Exit;
 use crate::cli::measure::exit;
+use crate::experiment::cluster::blocks::in_words;
 use crate::experiment::cluster::gather::gather;
 use crate::experiment::cluster::job::quoted;
 use crate::experiment::cluster::submission::Submission;
@@ -38,9 +39,9 @@ impl Collect {
             return Ok(exit(&written, self.strict));
         }
         let (missing, all) = (gathered.missing.len(), gathered.missing.len() + gathered.recorded);
-        writeln!(out, "missing are {missing} of {all} rounds:")?;
-        for block in &gathered.missing {
-            writeln!(out, "  {block}")?;
+        writeln!(out, "missing are {missing} of {all} rounds (experiment, stage, rounds):")?;
+        for words in in_words(&gathered.missing) {
+            writeln!(out, "  {words}")?;
         }
         let folder = quoted(&self.run.to_string_lossy());
         writeln!(out, "`repro submit --slurm --now --output {folder}` sends only what is missing")?;
