@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::cli::Exit;
 use crate::cli::measure::{Shown, exit};
 use crate::cli::output::Output;
-use crate::experiment::cluster::blocks::Block;
+use crate::experiment::cluster::blocks::in_words;
 use crate::experiment::cluster::gather::gather;
 use crate::experiment::cluster::job::quoted;
 use crate::experiment::cluster::submission::Submission;
@@ -28,7 +28,9 @@ pub struct Collect {
 struct Gathering<'a> {
     report: Shown<'a>,
     recorded: usize,
-    missing: Vec<String>,
+    missing: usize,
+    /// By experiment and stage.
+    missing_rounds: Vec<String>,
 }
 
 impl Collect {
@@ -41,10 +43,14 @@ impl Collect {
         }
         let gathered = gather(&self.run)?;
         let written = page::write(&self.run)?;
-        let missing: Vec<String> = gathered.missing.iter().map(Block::to_string).collect();
-        let gathering = Gathering { report: Shown::of(&written), recorded: gathered.recorded, missing };
+        let gathering = Gathering {
+            report: Shown::of(&written),
+            recorded: gathered.recorded,
+            missing: gathered.missing.len(),
+            missing_rounds: in_words(&gathered.missing),
+        };
         output.show(&gathering, |out| self.print(out, &written, &gathering))?;
-        Ok(if gathering.missing.is_empty() {
+        Ok(if gathering.missing == 0 {
             exit(&written, self.strict)
         } else if written.ok_trials == 0 {
             Exit::NothingMeasured
@@ -57,12 +63,12 @@ impl Collect {
         for file in &written.files {
             writeln!(out, "{}", self.run.join(file).display())?;
         }
-        let (recorded, missing) = (gathering.recorded, gathering.missing.len());
+        let (recorded, missing) = (gathering.recorded, gathering.missing);
         if missing == 0 {
             return writeln!(out, "complete: all {recorded} rounds are there");
         }
-        writeln!(out, "missing are {missing} of {} rounds:", missing + recorded)?;
-        gathering.missing.iter().try_for_each(|block| writeln!(out, "  {block}"))?;
+        writeln!(out, "missing are {missing} of {} rounds (experiment, stage, rounds):", missing + recorded)?;
+        gathering.missing_rounds.iter().try_for_each(|block| writeln!(out, "  {block}"))?;
         let folder = quoted(&self.run.to_string_lossy());
         writeln!(out, "`repro submit --slurm --now --output {folder}` sends only what is missing")
     }

@@ -53,7 +53,7 @@ pub struct Submit {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     max_array_size: Option<u32>,
     /// More options for sbatch
-    #[arg(last = true)]
+    #[arg(last = true, value_name = "SBATCH_OPTIONS")]
     sbatch: Vec<String>,
 }
 

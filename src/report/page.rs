@@ -8,6 +8,7 @@ use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 
 use crate::base::files::write_whole;
+use crate::experiment::cluster::blocks::in_words;
 use crate::experiment::machine::Machine;
 use crate::experiment::record::{Stage, Status};
 use crate::experiment::run::LAST_FILE;
@@ -276,9 +277,9 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
     sentences.extend(measured.disagreeing(id).into_iter().map(|run| {
         format!("`{run}` ended in different states in different rounds: at least one of them computed something else.")
     }));
-    let unrecorded: Vec<String> = measured.missing(id).iter().map(|block| block.to_string()).collect();
+    let unrecorded = in_words(&measured.missing(id));
     if !unrecorded.is_empty() {
-        sentences.push(format!("Unfinished; missing are: {}.", unrecorded.join(", ")));
+        sentences.push(format!("The run is unfinished; missing are the rounds {}.", unrecorded.join("; ")));
     }
     let there = measured.info.usable_threads;
     let all = measured.thread_counts(id).into_iter();

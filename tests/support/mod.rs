@@ -22,9 +22,9 @@ title = "a short dam break"
 scene = "dam-break"
 set = { particle_distance_m = 0.075, end_time_s = 0.03 }
 [mode.quick]
-scene = { particle_distance_m = 0.075, end_time_s = 0.3 }
+scene = { particle_distance_m = 0.075, end_time_s = 0.15 }
 whole = { rounds = 2 }
-paired = { rounds = 3, windows = 4, warmup_steps = 1, steps = 2 }
+paired = { rounds = 2, windows = 4, warmup_steps = 1, steps = 2 }
 observed = { rounds = 1 }
 [mode.default]
 paired = { rounds = 1, windows = [2], warmup_steps = 0, steps = 1 }
@@ -35,8 +35,7 @@ observed = { rounds = 1 }
 "#;
 
 /// The blocks of the small run in quick mode, by number.
-pub const BLOCKS: [&str; 6] =
-    ["whole-000", "whole-001", "paired-000", "paired-001", "paired-002", "observed-000"];
+pub const BLOCKS: [&str; 5] = ["whole-000", "whole-001", "paired-000", "paired-001", "observed-000"];
 
 /// Writes the small experiment to a file of that name.
 pub fn tiny(folder: &Path, name: &str) -> PathBuf {

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::experiment::cluster::array::ranges;
 use crate::experiment::plan::{Plan, PlannedRound};
 use crate::experiment::record::{RoundRecord, Stage};
 use crate::experiment::spec::{Experiment, Mode};
@@ -49,6 +50,17 @@ pub fn blocks(experiments: &[Experiment], mode: Mode) -> Vec<Block> {
     blocks
 }
 
+/// Blocks in words, those of a stage together: `table2 paired 0-3,7`.
+pub fn in_words(blocks: &[Block]) -> Vec<String> {
+    let stages = blocks.chunk_by(|a, b| (&a.experiment, a.stage) == (&b.experiment, b.stage));
+    let words = stages.filter_map(|stage| {
+        let Block { experiment, stage: name, .. } = stage.first()?;
+        let rounds: Vec<usize> = stage.iter().map(|block| block.round).collect();
+        Some(format!("{experiment} {} {}", name.name(), ranges(&rounds)))
+    });
+    words.collect()
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -57,6 +69,15 @@ mod tests {
     use crate::experiment::calibration::Calibration;
     use crate::experiment::factors::Usable;
     use crate::experiment::library;
+
+    #[test]
+    fn blocks_in_words_are_grouped_by_stage() {
+        let block = |stage, round| Block { experiment: "chunks".to_string(), stage, round };
+        let rounds = [0, 1, 4].map(|round| block(Stage::Paired, round));
+        let blocks = [&rounds[..], &[block(Stage::Observed, 0)]].concat();
+        assert_eq!(in_words(&blocks), ["chunks paired 0-1,4", "chunks observed 0"]);
+        assert_eq!(in_words(&[]), [""; 0]);
+    }
 
     #[test]
     fn blocks_are_the_rounds_of_every_machine() {
