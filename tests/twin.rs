@@ -204,8 +204,16 @@ fn the_program_in_c_refuses_what_it_cannot_use() {
         assert!(text.starts_with("twin: ") && text.contains(word), "{key}={value}: {text}");
         assert!(output.stdout.is_empty());
     }
-    for text in ["", "id,kind,x_m,y_m,z_m,u\n", "1,2\n3,4\n", "id,kind,x_m,y_m,z_m,u\n1,fluid,0,0,0,0\n"] {
-        fs::write(&file, text).unwrap();
+    let header = "id,kind,x_m,y_m,z_m,u_m_s";
+    for text in [
+        String::new(),
+        format!("{header}\n"),
+        "-1,fluid,0,0,0,0\n0,fluid,0,0,0,0\n".to_string(),
+        format!("{header}\n1,fluid,0,0,0,0\n"),
+        format!("{header}\n0,fluid,0,nan,0,0\n"),
+        format!("{header}\n0,fluid,0,0,0,0\n1,{},0,0,0,0\n", "x".repeat(5000)),
+    ] {
+        fs::write(&file, &text).unwrap();
         assert_eq!(run(&compiled, &file, &GEOMETRY, &[]).status.code(), Some(2), "{text:?}");
     }
     write_particles(&file, &[("fluid", [0.0; 3]), ("fluid", [0.0; 3])]);

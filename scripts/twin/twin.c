@@ -147,17 +147,16 @@ static bool *read_particles(const Request *request, Search *search)
     int lines = 0, id;
     while (file != NULL && lines < INT_MAX / 3 && fgets(line, sizeof line, file) != NULL)
         lines++;
-    if (lines < 2 || fseek(file, 0, SEEK_SET) != 0)
+    if (lines < 2 || fseek(file, 0, SEEK_SET) != 0 || fgets(line, sizeof line, file) == NULL ||
+        strncmp(line, "id,kind,x_m,y_m,z_m,", 20) != 0)
         fail(UNUSABLE_INPUT, "%s: cannot be read, or holds no particles", request->particles);
     const int count = search->particles = lines - 1;
     bool *is_ghost = zeros((size_t)count, sizeof *is_ghost);
     double *read = zeros(3 * (size_t)count, sizeof *read);
-    for (int i = -1; i < count && fgets(line, sizeof line, file) != NULL; i++) {
-        if (i < 0 && strncmp(line, "id,kind,x_m,y_m,z_m,", 20) == 0)
-            continue;
-        double *x = &read[3 * (size_t)(i < 0 ? 0 : i)];
-        int fields = sscanf(line, "%d,%15[^,],%lf,%lf,%lf,", &id, kind, &x[0], &x[1], &x[2]);
-        if (fields != 5 || id != i || !isfinite(x[0]) || !isfinite(x[1]) || !isfinite(x[2]))
+    for (int i = 0; i < count; i++) {
+        double *x = &read[3 * (size_t)i];
+        bool there = fgets(line, sizeof line, file) != NULL;
+        if (!there || sscanf(line, "%d,%15[^,],%lf,%lf,%lf,", &id, kind, &x[0], &x[1], &x[2]) != 5 || id != i || !isfinite(x[0]) || !isfinite(x[1]) || !isfinite(x[2]))
             fail(UNUSABLE_INPUT, "%s, line %d: no particle of number %d", request->particles, i + 2, i);
         is_ghost[i] = strcmp(kind, "ghost") == 0;
     }
@@ -187,12 +186,12 @@ static void assign_buckets(const Request *request, Search *search, const bool *i
         search->neighborhood[n] = (int)(((n / 9 - 1) * cells[1] + n / 3 % 3 - 1) * cells[2] + n % 3 - 1);
     search->bucket = zeros((size_t)search->particles, sizeof *search->bucket);
     for (int i = 0; i < search->particles; i++) {
+        const double *x = &search->Position[3 * (size_t)i];
         long bucket = 0;
         bool inside = !is_ghost[i];
         for (int d = 0; d < 3; d++) {
-            double x = search->Position[3 * (size_t)i + d];
-            inside = inside && request->low[d] <= x && x <= request->high[d];
-            long cell = inside ? (long)((x - request->low[d]) / request->bucket_side) + 1 : 0;
+            inside = inside && request->low[d] <= x[d] && x[d] <= request->high[d];
+            long cell = inside ? (long)((x[d] - request->low[d]) / request->bucket_side) + 1 : 0;
             bucket = bucket * cells[d] + (cell < cells[d] - 2 ? cell : cells[d] - 2);
         }
         search->bucket[i] = inside ? (int)bucket : NONE;
@@ -347,7 +346,8 @@ static void require_same_sums(const double *list, const double *relocated, int c
     }
 }
 
-/* One pass: both layouts in random order, the copy just before the loop that reads it. Prints its times if told so. */
+/* One pass: both layouts in random order, the copy just before the loop that reads it. Prints its times after the text
+ * `before`; one that only warms up has none and prints nothing. */
 static void run_pass(const Request *request, Search *search, double *sums[2], uint64_t *random, const char *before)
 {
     bool list_first = random_number(random) & 1;
@@ -385,10 +385,11 @@ int main(int count, char **arguments)
     double *sums[2];
     for (int layout = 0; layout < 2; layout++)
         sums[layout] = zeros((size_t)search.particles, sizeof *sums[layout]);
-    run_pass(&request, &search, sums, &request.seed, NULL); /* warms up, and touches every page */
+    uint64_t random = request.seed;
+    run_pass(&request, &search, sums, &random, NULL);
     printf("{\"particles\":%d,\"threads\":%d,\"passes\":[", search.particles, threads);
     for (int pass = 0; pass < request.passes; pass++)
-        run_pass(&request, &search, sums, &request.seed, pass == 0 ? "" : ",");
+        run_pass(&request, &search, sums, &random, pass == 0 ? "" : ",");
     printf("],\"digest\":\"%016llx\"}\n", (unsigned long long)digest(sums[0], search.particles));
     if (fflush(stdout) != 0)
         fail(COMPUTED_WRONGLY, "cannot write the answer");
