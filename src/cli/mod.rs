@@ -1,6 +1,7 @@
 //! The command line: one verb a file. Only here is anything printed.
 
 mod all;
+mod archive;
 mod compare;
 mod engine_options;
 mod list;
@@ -51,6 +52,8 @@ enum Verb {
     Report(report::Report),
     /// Compares run folders, from any machines: ratios within each, times beside them, what differs.
     Compare(compare::Compare),
+    /// Packs a run with its experiments, scenes and claims into one file for reviewers.
+    Archive(archive::Archive),
     /// Simulates one scene.
     Simulate(Box<simulate::Simulate>),
     /// Runs one trial, described on standard input: how this program starts itself.
@@ -86,6 +89,7 @@ impl Cli {
             Verb::Machine(verb) => verb.run(),
             Verb::Report(verb) => verb.run(),
             Verb::Compare(verb) => verb.run(),
+            Verb::Archive(verb) => verb.run(),
             Verb::Simulate(verb) => verb.run(),
             Verb::Trial(verb) => verb.run(),
         }

@@ -2,11 +2,14 @@
 //!
 //! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
 //! turns it into rounds of trials; `execute` runs them in child processes, each of which does what `trial` or `observe`
-//! says; `record` is what they leave behind, and `run` the folder that it is left in.
+//! says; `record` is what they leave behind, and `run` the folder that it is left in. Such a folder may come from anywhere:
+//! `foreign` reads it safely, `fit` holds it to its own plan.
 
 pub mod calibration;
 pub mod execute;
 pub mod factors;
+mod fit;
+pub mod foreign;
 pub mod interrupt;
 pub mod known;
 pub mod library;

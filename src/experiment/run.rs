@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::base::files::{is_leftover, write_whole};
 use crate::base::input::InputError;
 use crate::experiment::execute::execute;
+use crate::experiment::foreign;
 use crate::experiment::machine::{Machine, Reading};
 use crate::experiment::plan::{Plan, PlannedExperiment};
 use crate::experiment::record::SCHEMA;
@@ -43,7 +44,7 @@ pub struct RunInfo {
 }
 
 /// The file that a report writes last: a finished run without it was killed while it was rendered.
-pub const LAST_FILE: &str = "report.html";
+pub const LAST_FILE: &str = "manifest.sha256";
 
 /// What becomes of a folder that holds a run already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,6 +86,10 @@ impl Run {
         existing: Existing,
     ) -> Result<Run> {
         refuse_foreign(folder)?;
+        if folder.is_dir() {
+            foreign::plain_files(folder)
+                .map_err(|error| refused(folder, format!("cannot be trusted: {error:#}")))?;
+        }
         if folder.join("run.json").exists() {
             // Before anything is created or cleared: a folder with somebody else's `run.json` is not ours.
             RunInfo::read(folder)
@@ -166,15 +171,8 @@ impl RunInfo {
 
     pub fn read(folder: &Path) -> Result<RunInfo> {
         let path = folder.join("run.json");
-        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-        let info: RunInfo = serde_json::from_str(&text)
-            .with_context(|| format!("{} is not a run's description", path.display()))?;
-        let found = info.schema_version;
-        anyhow::ensure!(
-            found == SCHEMA,
-            "{}: schema_version is {found}; this program reads {SCHEMA}",
-            path.display()
-        );
+        let info: RunInfo = foreign::read_record(&path, "a run's description", SCHEMA)?;
+        info.check(&path.display().to_string())?;
         Ok(info)
     }
 
@@ -230,7 +228,8 @@ fn lock(folder: &Path) -> Result<File> {
 fn clear(folder: &Path) -> Result<()> {
     for name in ["run.json", "machine.json", "machine.csv", "samples.csv", "steps.csv", "summary.csv"]
         .into_iter()
-        .chain(["observations.csv", "fronts.csv", "claims.csv", "report.md", "report.html"])
+        .chain(["observations.csv", "fronts.csv", "claims.csv", "effort.csv", "report.md", "report.html"])
+        .chain(["manifest.csv", LAST_FILE])
     {
         let path = folder.join(name);
         if path.is_file() {

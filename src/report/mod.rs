@@ -1,8 +1,13 @@
 //! From records to what people read: pure functions of a run folder. Rendering it again anywhere gives the same bytes.
 
+pub mod archive;
+mod assets;
 pub mod chart;
 pub mod claim;
 pub mod compare;
+pub mod effort;
+pub mod manifest;
+mod markdown;
 pub mod measured;
 pub mod measured_front;
 pub mod model;
@@ -14,3 +19,4 @@ pub mod section;
 pub mod summary;
 pub mod table;
 pub mod work_precision;
+pub mod write_up;

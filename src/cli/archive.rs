@@ -1,0 +1,42 @@
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+
+use crate::base::input::InputError;
+use crate::cli::Exit;
+use crate::report::archive;
+
+#[derive(Debug, Args)]
+pub struct Archive {
+    /// A run folder
+    run: PathBuf,
+    /// The archive [default: the run folder's name with .zip, beside it]
+    #[arg(long, short)]
+    output: Option<PathBuf>,
+    /// Pack a run that is not finished
+    #[arg(long)]
+    unfinished: bool,
+}
+
+impl Archive {
+    pub fn run(self) -> Result<Exit> {
+        let output = match &self.output {
+            Some(output) => output.clone(),
+            None => self.beside()?,
+        };
+        let files = archive::write(&self.run, &output, self.unfinished)?;
+        writeln!(std::io::stdout().lock(), "{} ({} files)", output.display(), files.len())?;
+        Ok(Exit::Done)
+    }
+
+    fn beside(&self) -> Result<PathBuf, InputError> {
+        let mut name = self.run.file_name().map(ToOwned::to_owned).ok_or_else(|| {
+            let found = format!("`{}`, which has no name of its own", self.run.display());
+            InputError::new("command line", "RUN", found, "name the archive with `--output`")
+        })?;
+        name.push(".zip");
+        Ok(self.run.with_file_name(name))
+    }
+}
