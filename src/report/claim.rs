@@ -191,16 +191,15 @@ pub fn judge_all(measured: &Measured) -> Vec<Judged> {
 
 /// How many verdicts there are of each kind, as a sentence.
 pub fn in_short(judged: &[Judged]) -> String {
-    let mut counts: Vec<(&'static str, usize)> = Vec::new();
-    for name in judged.iter().map(|judged| judged.verdict.name()) {
-        match counts.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((name, 1)),
-        }
-    }
-    counts.sort();
-    let texts: Vec<String> = counts.iter().map(|(name, count)| format!("{count} {name}")).collect();
-    format!("Of {} verdicts: {}.", judged.len(), texts.join(", "))
+    let why = String::new;
+    let open = [Verdict::NotResolved { why: why() }, Verdict::NotTestableHere { why: why() }];
+    let kinds = [Verdict::Holds, Verdict::Fails].into_iter().chain(open);
+    let counted = kinds.filter_map(|kind| {
+        let name = kind.name();
+        let count = judged.iter().filter(|judged| judged.verdict.name() == name).count();
+        (count > 0).then(|| format!("{count} {name}"))
+    });
+    format!("{} verdicts: {}.", judged.len(), counted.collect::<Vec<_>>().join(", "))
 }
 
 /// The verdict of a rule on an estimate.

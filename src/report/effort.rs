@@ -61,11 +61,11 @@ fn of_experiment(measured: &Measured, experiment: &Experiment, folder: &Path) ->
     Ok(effort)
 }
 
-/// The command that runs an experiment alone. One that does not come with the program is a file of the archive.
+/// The command that runs an experiment alone, with the program that ran it. One that does not come with the program, whose
+/// names no other experiment may have, is a file of the archive.
 fn command(experiment: &Experiment, mode: Mode) -> String {
-    let known = library::embedded(&experiment.id).is_ok_and(|known| known == *experiment);
     let id = &experiment.id;
-    let name = if known { id.clone() } else { format!("experiments/{id}.toml") };
+    let name = if library::text(id).is_some() { id.clone() } else { format!("experiments/{id}.toml") };
     match mode {
         Mode::Default => format!("repro run {name}"),
         mode => format!("repro run {name} --{}", mode.name()),

@@ -37,7 +37,7 @@ pub fn text(measured: &Measured) -> Result<String> {
     environment.add_filter("code", markdown::code);
     environment.add_filter("markdown_table", page::markdown_table);
     environment.add_template("write_up.md", include_str!("write_up.md"))?;
-    Ok(environment.get_template("write_up.md")?.render(context! {
+    let text = environment.get_template("write_up.md")?.render(context! {
         info => &measured.info,
         stamp => measured.stamp(),
         mode => measured.info.mode.name(),
@@ -54,7 +54,8 @@ pub fn text(measured: &Measured) -> Result<String> {
         gains => gains(measured),
         questions => questions(measured, &phases)?,
         open => open(&judged),
-    })?)
+    })?;
+    Ok(text + "\n")
 }
 
 /// The machine in a sentence.
