@@ -63,11 +63,11 @@ fn files_that_are_no_records_are_refused_where_they_go_wrong() {
         refused(run, nest, &[file, "line 1"]);
         let enlarge = |folder: &Path| File::create(folder.join(file)).unwrap().set_len(10 << 30).unwrap();
         refused(run, enlarge, &[file, "more than the 268435456 bytes"]);
-        let remove = |folder: &Path| fs::remove_file(folder.join(file)).unwrap();
-        refused(run, remove, &[file]);
         let garble = |folder: &Path| fs::write(folder.join(file), b"{\"schema_version\": 2, \"\xff").unwrap();
         refused(run, garble, &[file, "line 1, column"]);
     }
+    let remove = |folder: &Path| fs::remove_file(folder.join("machine.json")).unwrap();
+    refused(run, remove, &["cannot read", "machine.json"]);
     let more =
         |folder: &Path| replace(folder, ROUND, "\"round\":2", "\"round\":2,\"</script>\":\"\\u001b[2J\"");
     refused(run, more, &[ROUND, "unknown field"]);
@@ -97,9 +97,9 @@ fn numbers_that_cannot_be_are_refused() {
         step("total_s", json!(1e300)),
         &[ROUND, at_first, "step 3: total_s", "allowed are 0 to 1e9"],
     );
-    refused(run, step("cg_s", json!(1e6)), &[ROUND, at_first, "step 3: 1000000 s in CG of"]);
+    refused(run, step("cg_s", json!(1e6)), &[ROUND, at_first, "step 3: 1e6 s in CG of"]);
     refused(run, step("step", json!(7)), &[ROUND, at_first, "step 7 stands where 3 should"]);
-    refused(run, trial(|t| t["wall_s"] = json!(-5)), &[ROUND, at_first, "wall_s is -5"]);
+    refused(run, trial(|t| t["wall_s"] = json!(-5)), &[ROUND, at_first, "wall_s is -5e0"]);
     let outcome = |key: &'static str, value: Value| trial(move |trial| trial["outcome"][key] = value);
     refused(run, outcome("particles", json!(0)), &[ROUND, at_first, "among 0 cannot be"]);
     refused(run, outcome("bytes", json!([])), &[ROUND, at_first, "bytes of 0"]);
@@ -108,7 +108,7 @@ fn numbers_that_cannot_be_are_refused() {
     let stepping = |folder: &Path| {
         edit(&folder.join(observed), |round| round["trials"][0]["observation"]["stepping_s"] = json!(-1));
     };
-    refused(run, stepping, &[observed, "stepping_s is -1"]);
+    refused(run, stepping, &[observed, "stepping_s is -1e0"]);
     let cores = |folder: &Path| edit(&folder.join("run.json"), |info| info["usable_cores"] = json!(64_000));
     refused(run, cores, &["run.json", "usable_cores is 64000"]);
 }

@@ -69,6 +69,7 @@ fn browse(page: &Path, flags: &[&str]) -> Option<Seen> {
         Command::new(name)
             .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-extensions"])
             .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
+            .arg("--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1")
             .args(["--enable-logging=stderr", "--v=0", "--virtual-time-budget=3000", "--dump-dom"])
             .arg(format!("--user-data-dir={}", place.path().join("profile").display()))
             .arg(format!("--log-net-log={}", log.display()))
@@ -81,9 +82,6 @@ fn browse(page: &Path, flags: &[&str]) -> Option<Seen> {
         eprintln!("skipped: no Chromium is installed (apt-get install chromium)");
         return None;
     };
-    let net = fs::read_to_string(log).unwrap();
-    let urls =
-        net.match_indices("\"url\":\"").map(|(at, key)| net[at + key.len()..].split('"').next().unwrap());
     Some(Seen {
         dom: text(&output.stdout),
         console: text(&output.stderr)
@@ -91,8 +89,17 @@ fn browse(page: &Path, flags: &[&str]) -> Option<Seen> {
             .filter(|line| line.contains("CONSOLE"))
             .map(String::from)
             .collect(),
-        requests: urls.filter(|url| url.starts_with("http")).map(String::from).collect(),
+        requests: requests(&fs::read_to_string(log).unwrap()),
     })
+}
+
+/// What a page asked for, in the browser's log of its network. The browser's own calls home have another key.
+fn requests(log: &str) -> Vec<String> {
+    let log: Value = serde_json::from_str(log).unwrap();
+    let events = log["events"].as_array().unwrap().iter().map(|event| &event["params"]);
+    let of_page =
+        events.filter(|p| p["network_isolation_key"].as_str().is_some_and(|k| k.starts_with("file:")));
+    of_page.filter_map(|params| params["url"].as_str()).map(String::from).collect()
 }
 
 /// The page with `extra` at its end, and with or without its policy.

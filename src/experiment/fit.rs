@@ -3,8 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 
+use crate::experiment::foreign;
 use crate::experiment::record::{
     FrontSample, Observation, Outcome, RoundRecord, Stage, Status, TrialRecord, Variant, WindowSample,
 };
@@ -31,7 +32,7 @@ impl RunInfo {
         let mut ids = BTreeSet::new();
         for experiment in &self.experiments {
             // In its own words: a doctored folder is no wrong use of the command.
-            experiment.check(file).map_err(|error| anyhow::anyhow!("{error}"))?;
+            experiment.check(file).map_err(|error| anyhow!(foreign::presentable(&error.to_string())))?;
             ensure!(ids.insert(&experiment.id), "{file}: the experiment `{}` is there twice", experiment.id);
         }
         let (threads, cores) = (self.usable_threads, self.usable_cores);
@@ -211,7 +212,7 @@ fn check_windows(windows: &[WindowSample], first: &[WindowSample], paired: Optio
             check_time("total_s", step.total_s).with_context(place)?;
             check_time("cg_s", step.cg_s).with_context(place)?;
             let whole = step.total_s >= SHORTEST_STEP_S && step.cg_s <= step.total_s * (1.0 + 1e-9);
-            ensure!(whole, "{}: {} s in CG of {} s cannot be", place(), step.cg_s, step.total_s);
+            ensure!(whole, "{}: {:e} s in CG of {:e} s cannot be", place(), step.cg_s, step.total_s);
         }
         for phase in phases {
             check_time("time_s", phase.time_s).with_context(|| format!("phase {:?}", phase.phase))?;
@@ -237,6 +238,9 @@ impl Observation {
 }
 
 fn check_time(key: &str, time_s: f64) -> Result<()> {
-    ensure!((0.0..=LONGEST_S).contains(&time_s), "{key} is {time_s}; allowed are 0 to {LONGEST_S:e} seconds");
+    ensure!(
+        (0.0..=LONGEST_S).contains(&time_s),
+        "{key} is {time_s:e}; allowed are 0 to {LONGEST_S:e} seconds"
+    );
     Ok(())
 }

@@ -15,7 +15,7 @@ pub const LARGEST_FILE: u64 = 256 << 20;
 const MOST_ENTRIES: usize = 100_000;
 /// Deeper than any run's folders are.
 const DEEPEST: usize = 8;
-/// The longest complaint of a parser that is shown, characters: it may quote what it found.
+/// The longest complaint that is shown, characters.
 const LONGEST_REASON: usize = 300;
 
 /// Every file below `folder`, with forward slashes and sorted. A link, or anything else that is neither a file nor a
@@ -92,14 +92,21 @@ pub fn read_record<T: DeserializeOwned>(path: &Path, what: &str, schema: u32) ->
     serde_json::from_slice(&bytes).map_err(wrong)
 }
 
-/// The parser's complaint on one line, without the place, which stands before it.
+/// The parser's complaint without the place, which stands before it.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     let place = format!(" at line {} column {}", error.line(), error.column());
-    let text = text.strip_suffix(&place).unwrap_or(&text);
-    let plain: String =
-        text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(LONGEST_REASON).collect();
-    if text.chars().count() > LONGEST_REASON { plain + " ..." } else { plain }
+    presentable(text.strip_suffix(&place).unwrap_or(&text))
+}
+
+/// A complaint that may quote what was found: one line, of bounded length, without control characters.
+pub fn presentable(text: &str) -> String {
+    let mut letters = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+    let mut plain: String = letters.by_ref().take(LONGEST_REASON).collect();
+    if letters.next().is_some() {
+        plain.push_str(" ...");
+    }
+    plain
 }
 
 #[cfg(test)]

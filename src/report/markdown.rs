@@ -7,9 +7,9 @@ pub fn plain(text: &str) -> String {
     line.replace("](", "]\\(").replace("]:", "]\\:").replace("```", "\\`\\`\\`").replace("~~~", "\\~\\~\\~")
 }
 
-/// The text as it may stand between two backticks, where nothing is escaped.
+/// The text as it may stand between two backticks, where nothing can be escaped: what no command has is replaced.
 pub fn code(text: &str) -> String {
-    one_line(text).replace('`', "'")
+    one_line(text).replace(['`', '<'], "'").replace("](", "] (")
 }
 
 fn one_line(text: &str) -> String {
@@ -31,6 +31,6 @@ mod tests {
         ] {
             assert_eq!(plain(text), expected);
         }
-        assert_eq!(code("repro `rm`\u{1b}[2J"), "repro 'rm' [2J");
+        assert_eq!(code("repro `rm`\u{1b}[2J <b>"), "repro 'rm' [2J 'b>");
     }
 }

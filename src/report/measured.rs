@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use serde::Deserialize;
 
 use crate::base::statistics::Estimate;
@@ -128,7 +128,9 @@ impl Measured {
             let round = RoundRecord::read(&path)?;
             let place = RoundRecord::path(Path::new(""), &round.experiment, round.stage, round.round);
             ensure!(Path::new(name) == place, "{} is not where it belongs", path.display());
-            info.check_round(&round).with_context(|| path.display().to_string())?;
+            info.check_round(&round).map_err(|error| {
+                anyhow!("{}: {}", path.display(), foreign::presentable(&format!("{error:#}")))
+            })?;
             rounds.push(round);
         }
         info.check_complete(&rounds).with_context(|| folder.display().to_string())?;
