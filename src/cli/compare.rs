@@ -44,7 +44,7 @@ impl Compare {
             write_whole(&folder.join("compare.md"), text.as_bytes())?;
             write_csv(&folder.join("compare.csv"), &comparison.rows())?;
             if let Some(figure) = comparison.figure() {
-                let svg = figure.to_svg()?;
+                let svg = figure.legible().to_svg()?;
                 write_whole(&folder.join("compare.svg"), svg.as_bytes())?;
                 write_whole(&folder.join("compare.png"), &svg_to_png(&svg, PNG_WIDTH)?)?;
             }

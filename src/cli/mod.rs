@@ -1,6 +1,7 @@
 //! The command line: one verb a file. Only here is anything printed.
 
 mod all;
+mod archive;
 mod collect;
 mod compare;
 mod completions;
@@ -70,6 +71,8 @@ enum Verb {
     Collect(collect::Collect),
     /// Compares run folders, from any machines: ratios within each, times beside them, what differs.
     Compare(compare::Compare),
+    /// Packs a run with its experiments, scenes and claims into one file for reviewers.
+    Archive(archive::Archive),
     /// Simulates one scene.
     Simulate(Box<simulate::Simulate>),
     /// Prints the JSON Schema of experiment files.
@@ -115,6 +118,7 @@ impl Cli {
             Verb::Machine(verb) => verb.run(output),
             Verb::Report(verb) => verb.run(output),
             Verb::Compare(verb) => verb.run(output),
+            Verb::Archive(verb) => verb.run(output),
             Verb::Simulate(verb) => verb.run(output),
             Verb::Schema(verb) => verb.run(),
             Verb::Completions(verb) => verb.run(),

@@ -136,6 +136,22 @@ impl Factors {
         Ok(())
     }
 
+    /// The number of variants, without making them.
+    pub(super) fn combinations(&self) -> usize {
+        let texts = [
+            &self.preset,
+            &self.distance_test,
+            &self.memory_order,
+            &self.storage,
+            &self.schedule,
+            &self.cg,
+            &self.scheme,
+        ];
+        let lengths = texts.map(Vec::len).into_iter();
+        let lengths = lengths.chain([self.buckets_per_radius.len(), self.cg_tolerance.len()]);
+        lengths.fold(1, |product: usize, length| product.saturating_mul(length.max(1)))
+    }
+
     /// The ways to compute a step that the group compares.
     pub(super) fn variants(&self, fixed: &Variant) -> Vec<Variant> {
         let axes = self.axes();
@@ -227,7 +243,7 @@ mod tests {
                     cg_tolerance = [1e-2, 1e-8, 1e-12]";
         let factors: Factors = toml::from_str(text).unwrap();
         let variants = factors.variants(&Variant::default());
-        assert_eq!(variants.len(), 6);
+        assert_eq!((variants.len(), factors.combinations()), (6, 6));
         assert_eq!((variants[3].cg_tolerance, variants[3].preset.as_str()), (1e-8, "paper-aos-relocation"));
         let counts = |threads: usize| factors.thread_counts(Usable { threads, cores: 1 });
         assert_eq!((counts(1), counts(4)), (vec![1], vec![1, 4]));

@@ -32,7 +32,7 @@ pub fn load(name_or_path: &str) -> Result<Experiment, InputError> {
             .map_err(|error| InputError::new(name_or_path, "experiment", "not readable", error))?;
         let experiment = Experiment::parse(&text, name_or_path)?;
         let taken = names().any(|name| name == experiment.id);
-        let same = taken && load(&experiment.id)? == experiment;
+        let same = taken && embedded(&experiment.id)? == experiment;
         let allowed = "an experiment of the program has that id and another content: choose another id";
         Check { file: name_or_path }.require(
             !taken || same,
@@ -42,11 +42,20 @@ pub fn load(name_or_path: &str) -> Result<Experiment, InputError> {
         )?;
         return Ok(experiment);
     }
-    let found = EXPERIMENTS.iter().find(|(name, _)| *name == name_or_path);
-    let (name, text) = found.ok_or_else(|| {
+    embedded(name_or_path)
+}
+
+/// The experiment of that name that comes with the program, whatever files there are.
+pub fn embedded(name: &str) -> Result<Experiment, InputError> {
+    let text = text(name).ok_or_else(|| {
         let known: Vec<&str> = names().collect();
         let allowed = format!("allowed are the path of an experiment file or one of: {}", known.join(", "));
-        InputError::new("command line", "EXPERIMENT", format!("`{name_or_path}`"), allowed)
+        InputError::new("command line", "EXPERIMENT", format!("`{name}`"), allowed)
     })?;
     Experiment::parse(text, &format!("experiments/{name}.toml"))
+}
+
+/// The file of that experiment.
+pub fn text(name: &str) -> Option<&'static str> {
+    EXPERIMENTS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }

@@ -3,13 +3,16 @@
 //! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
 //! turns it into rounds of trials; `execute` runs them, each in a `child`, which does what `trial` or `observe`
 //! says; `record` is what they leave behind, and `run` the folder that it is left in. `cluster` spreads rounds over nodes;
-//! `twin` is a kind of trial of its own.
+//! `twin` is a kind of trial of its own. A run folder may come from anywhere: `foreign` reads it safely, `fit` holds it to
+//! its own plan.
 
 pub mod calibration;
 pub mod child;
 pub mod cluster;
 pub mod execute;
 pub mod factors;
+mod fit;
+pub mod foreign;
 pub mod gate;
 pub mod interrupt;
 pub mod known;

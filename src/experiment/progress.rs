@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::experiment::fit::planned_cells;
 use crate::experiment::record::{RoundRecord, Stage};
 use crate::experiment::run::RunInfo;
 
@@ -27,7 +28,8 @@ pub fn progress(info: &RunInfo, rounds: &[RoundRecord]) -> Vec<StageProgress> {
     let mut stages = Vec::new();
     for experiment in &info.experiments {
         for stage in Stage::ALL {
-            let Some(planned) = experiment.rounds(info.mode, stage) else {
+            let cells = planned_cells(experiment, info.mode, info.usable(), stage, 0);
+            let Some(planned) = experiment.rounds(info.mode, stage).filter(|_| !cells.is_empty()) else {
                 continue;
             };
             let mut recorded: Vec<RoundRecord> = rounds

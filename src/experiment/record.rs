@@ -15,6 +15,7 @@ use crate::base::files::write_whole;
 use crate::base::input::InputError;
 use crate::engine::preset::{MAX_BUCKETS_PER_RADIUS, Options, Preset};
 use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
+use crate::experiment::foreign;
 use crate::experiment::machine::Noise;
 use crate::experiment::memory_order::MemoryOrder;
 use crate::experiment::quantity::Quantity;
@@ -387,11 +388,7 @@ impl RoundRecord {
     /// Reads a round back and checks that it is what its name says.
     pub fn read(path: &Path) -> Result<RoundRecord> {
         let name = path.display();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
-        let record: RoundRecord =
-            serde_json::from_str(&text).with_context(|| format!("{name} is not a round's record"))?;
-        let found = record.schema_version;
-        ensure!(found == SCHEMA, "{name}: schema_version is {found}; this program reads {SCHEMA}");
+        let record: RoundRecord = foreign::read_record(path, "a round's record", SCHEMA)?;
         let expected = Self::path(Path::new(""), &record.experiment, record.stage, record.round);
         ensure!(path.file_name() == expected.file_name(), "{name} holds another round than its name says");
         for trial in record.trials.iter().filter(|trial| trial.status == Status::Ok) {

@@ -102,11 +102,9 @@ impl RoundPlanner<'_> {
         let mut trials = Vec::new();
         for (k, group) in self.experiment.groups.iter().enumerate() {
             for (threads, variants) in &group.cells {
-                let control = variants.first().filter(|_| paired.control);
-                let control = control.map(|first| Variant { control: true, ..first.clone() });
                 let work = TimedWork {
                     group: k,
-                    variants: variants.iter().cloned().chain(control).collect(),
+                    variants: paired.with_control(variants.clone()),
                     windows: group.windows.clone(),
                     seed: random.u64(..),
                     saves_states: false,

@@ -12,6 +12,7 @@ use crate::base::input::InputError;
 use crate::experiment::cluster::SUBMISSION_FILE;
 use crate::experiment::execute::{Failed, execute};
 use crate::experiment::factors::Usable;
+use crate::experiment::foreign;
 use crate::experiment::machine::{Machine, Reading};
 use crate::experiment::plan::{Group, Plan, PlannedExperiment};
 use crate::experiment::record::SCHEMA;
@@ -45,7 +46,7 @@ pub struct RunInfo {
 }
 
 /// The file that a report writes last: a finished run without it was killed while it was rendered.
-pub const LAST_FILE: &str = "report.html";
+pub const LAST_FILE: &str = "manifest.sha256";
 
 /// What becomes of a folder that holds a run already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,6 +102,10 @@ impl Run {
         existing: Existing,
     ) -> Result<Run> {
         refuse_foreign(folder)?;
+        if folder.is_dir() {
+            foreign::plain_files(folder)
+                .map_err(|error| refused(folder, format!("cannot be trusted: {error:#}")))?;
+        }
         if folder.join("run.json").exists() {
             // Before anything is created or cleared: a folder with somebody else's `run.json` is not ours.
             RunInfo::read(folder)
@@ -237,15 +242,8 @@ impl RunInfo {
 
     pub fn read(folder: &Path) -> Result<RunInfo> {
         let path = folder.join("run.json");
-        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-        let info: RunInfo = serde_json::from_str(&text)
-            .with_context(|| format!("{} is not a run's description", path.display()))?;
-        let found = info.schema_version;
-        anyhow::ensure!(
-            found == SCHEMA,
-            "{}: schema_version is {found}; this program reads {SCHEMA}",
-            path.display()
-        );
+        let info: RunInfo = foreign::read_record(&path, "a run's description", SCHEMA)?;
+        info.check(&path.display().to_string())?;
         Ok(info)
     }
 
@@ -316,7 +314,8 @@ fn lock(folder: &Path, hold: Hold) -> Result<File> {
 fn clear(folder: &Path) -> Result<()> {
     for name in ["run.json", "machine.json", "machine.csv", "samples.csv", "steps.csv", "summary.csv"]
         .into_iter()
-        .chain(["observations.csv", "fronts.csv", "twin.csv", "claims.csv", "report.md", "report.html"])
+        .chain(["observations.csv", "fronts.csv", "twin.csv", "claims.csv", "effort.csv", "report.md"])
+        .chain(["report.html", "manifest.csv", LAST_FILE])
     {
         let path = folder.join(name);
         if path.is_file() {

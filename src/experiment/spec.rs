@@ -21,6 +21,9 @@ use crate::experiment::twin::spec::{TwinFactors, TwinMeasurement};
 /// The version of the experiment format.
 pub const SCHEMA: u32 = 2;
 
+/// More variants of a group, or cases with schemes, than anyone can measure.
+const MOST_COMBINATIONS: usize = 10_000;
+
 /// How much time a run may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -187,7 +190,7 @@ impl Experiment {
         Ok(experiment)
     }
 
-    fn check(&self, file: &str) -> Result<(), InputError> {
+    pub(super) fn check(&self, file: &str) -> Result<(), InputError> {
         let check = Check { file };
         let allowed = format!("this program reads schema {SCHEMA}");
         check.require(self.schema == SCHEMA, "schema", self.schema, allowed)?;
@@ -211,6 +214,7 @@ impl Experiment {
         let changes = self.fixed.scene_changes.len();
         let allowed = "changes to the scene belong to `scene` or a `[[scheme]]`";
         check.require(changes == 0, "fixed.scene_changes", changes, allowed)?;
+        self.check_size(check)?;
         for (k, factors) in self.factors.iter().enumerate() {
             let key = format!("factors[{k}]");
             factors.check(check, &key, &self.variants(factors))?;
@@ -238,6 +242,17 @@ impl Experiment {
             self.check_mode(check, mode)?;
         }
         Ok(())
+    }
+
+    /// Refuses lists whose combinations nobody could measure, before they are made.
+    fn check_size(&self, check: Check<'_>) -> Result<(), InputError> {
+        let allowed = format!("allowed are up to {MOST_COMBINATIONS} combinations");
+        for (k, factors) in self.factors.iter().enumerate() {
+            let count = factors.combinations();
+            check.require(count <= MOST_COMBINATIONS, &format!("factors[{k}]"), count, &allowed)?;
+        }
+        let runs = self.case.len().saturating_mul(self.scheme.len().max(1));
+        check.require(runs <= MOST_COMBINATIONS, "case", runs, &allowed)
     }
 
     fn check_mode(&self, check: Check<'_>, mode: Mode) -> Result<(), InputError> {
@@ -331,6 +346,16 @@ impl Experiment {
         let sweeps = self.sweep.iter().filter(|sweep| sweep.modes.contains(&mode));
         let cases = cases.flat_map(|case| case.runs(&self.scheme, &self.fixed, mode));
         cases.chain(sweeps.flat_map(|sweep| sweep.runs(&self.fixed))).collect()
+    }
+}
+
+impl Paired {
+    /// The variants of one trial: those of a group and, where it is asked for, a second copy of the first.
+    pub fn with_control(&self, mut variants: Vec<Variant>) -> Vec<Variant> {
+        let first = variants.first().filter(|_| self.control);
+        let copy = first.map(|first| Variant { control: true, ..first.clone() });
+        variants.extend(copy);
+        variants
     }
 }
 

@@ -2,8 +2,12 @@
 
 use serde::Deserialize;
 
+use crate::base::input::{Check, InputError};
 use crate::base::statistics::Estimate;
+use crate::experiment::factors::Usable;
+use crate::experiment::library;
 use crate::experiment::record::{Stage, WindowSample};
+use crate::experiment::spec::Mode;
 use crate::report::measured::{ByRound, Cell, Measured, Quantity, by_round, seconds_a_step};
 
 /// A claim as `paper/claims.toml` states it.
@@ -137,9 +141,29 @@ struct Claims {
 
 /// All claims, in the order of the file.
 pub fn load() -> Vec<Claim> {
-    let claims: Claims =
-        toml::from_str(include_str!("../../paper/claims.toml")).expect("the embedded claims are valid");
-    claims.claim
+    parse(include_str!("../../paper/claims.toml"), "paper/claims.toml")
+        .expect("the embedded claims are valid")
+}
+
+/// Reads claims, and refuses one that names a cell which no experiment measures; `file` names them in errors.
+pub fn parse(text: &str, file: &str) -> Result<Vec<Claim>, InputError> {
+    let claims: Claims = toml::from_str(text).map_err(|error| {
+        let text = error.to_string().trim().replace('\n', " ");
+        InputError::new(file, "claim", "not a valid claim", text)
+    })?;
+    for claim in &claims.claim {
+        let experiment = library::embedded(&claim.estimate.experiment)?;
+        let groups = || Mode::ALL.into_iter().flat_map(|mode| experiment.groups(mode));
+        for cell in claim.estimate.cells() {
+            let threads = groups()
+                .any(|group| group.thread_counts(Usable { threads: 1, cores: 1 }).contains(&cell.threads));
+            let variants = groups().flat_map(|group| experiment.variants(group));
+            let known = threads && variants.into_iter().any(|variant| cell.is_of(&variant));
+            let allowed = format!("allowed are cells of the experiment {}", experiment.id);
+            Check { file }.require(known, &format!("claim {}", claim.id), cell.in_words(), allowed)?;
+        }
+    }
+    Ok(claims.claim)
 }
 
 /// Judges every claim whose experiment the run holds.
@@ -165,6 +189,19 @@ pub fn judge_all(measured: &Measured) -> Vec<Judged> {
         }
     }
     judged
+}
+
+/// How many verdicts there are of each kind, as a sentence.
+pub fn in_short(judged: &[Judged]) -> String {
+    let why = String::new;
+    let open = [Verdict::NotResolved { why: why() }, Verdict::NotTestableHere { why: why() }];
+    let kinds = [Verdict::Holds, Verdict::Fails].into_iter().chain(open);
+    let counted = kinds.filter_map(|kind| {
+        let name = kind.name();
+        let count = judged.iter().filter(|judged| judged.verdict.name() == name).count();
+        (count > 0).then(|| format!("{count} {name}"))
+    });
+    format!("{} verdicts: {}.", judged.len(), counted.collect::<Vec<_>>().join(", "))
 }
 
 /// The verdict of a rule on an estimate.
@@ -211,16 +248,26 @@ impl Estimator {
     /// The estimate, or the verdict where there can be none. A claim about cores is not judged on hardware threads that
     /// share them.
     fn evaluate(&self, measured: &Measured) -> Result<Estimate, Verdict> {
-        for cell in std::iter::once(&self.of).chain(&self.over) {
+        let measured_cells = measured.cells(&self.experiment);
+        for cell in self.cells() {
             let (needed, there) = (cell.threads, measured.info.usable_cores);
             if needed > there {
                 let why = format!("needs {needed} cores, {there} may be used here");
                 return Err(Verdict::NotTestableHere { why });
             }
+            if !measured_cells.iter().any(|c| c.threads == needed && cell.is_of(&c.variant)) {
+                let why = format!("the run's {} has no {}", self.experiment, cell.in_words());
+                return Err(Verdict::NotResolved { why });
+            }
         }
         let values = self.values(measured);
         let why = "no round gave a value for its cells".to_string();
         Estimate::of(&values).ok_or(Verdict::NotResolved { why })
+    }
+
+    /// The cells that the estimate compares.
+    fn cells(&self) -> impl Iterator<Item = &Cell> {
+        std::iter::once(&self.of).chain(&self.over)
     }
 
     /// One value a round.
@@ -271,9 +318,6 @@ fn late_over_early(windows: &[WindowSample], quantity: Quantity) -> Option<f64> 
 mod tests {
     use super::*;
     use crate::base::statistics::Interval;
-    use crate::experiment::factors::Usable;
-    use crate::experiment::record::Variant;
-    use crate::experiment::spec::Mode;
 
     fn estimate(low: f64, median: f64, high: f64) -> Estimate {
         Estimate { median, interval: Some(Interval { low, high }), samples: 9 }
@@ -316,18 +360,25 @@ mod tests {
     }
 
     #[test]
-    fn every_claim_names_an_experiment_and_presets_that_exist() {
-        for claim in load() {
-            let experiment = crate::experiment::library::load(&claim.estimate.experiment).unwrap();
-            let groups = || experiment.groups(Mode::Default);
-            for cell in std::iter::once(&claim.estimate.of).chain(&claim.estimate.over) {
-                let threads = groups().any(|group| {
-                    group.thread_counts(Usable { threads: 1, cores: 1 }).contains(&cell.threads)
-                });
-                let variants = groups().flat_map(|group| experiment.variants(group));
-                let known = |v: Variant| v.preset == cell.preset && v.distance_test == cell.distance_test;
-                assert!(threads && variants.into_iter().any(known), "{}", claim.id);
-            }
+    fn a_claim_about_a_cell_that_nobody_measures_is_refused() {
+        let text = include_str!("../../paper/claims.toml");
+        for (from, to, words) in [
+            (
+                "\"paper-linked-list\"",
+                "\"paper-magic\"",
+                "claim T2` is `paper-magic` with `sqrt` on 1 thread(s)",
+            ),
+            (
+                "threads = 32",
+                "threads = 31",
+                "claim C4a` is `paper-aos-relocation` with `sqrt` on 31 thread(s)",
+            ),
+            ("\"table2\"", "\"table9\"", "`table9`"),
+            ("\"table2\"", "\"../table2\"", "`../table2`"),
+            ("tolerance = 0.05", "tolerance = \"<b>\"", "claims.toml"),
+        ] {
+            let error = parse(&text.replacen(from, to, 1), "claims.toml").unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
         }
     }
 }

@@ -1,17 +1,17 @@
 //! What a run measured, by cell and round.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, ensure};
 use serde::Deserialize;
 
 use crate::base::statistics::Estimate;
 use crate::engine::phase::Phase;
 use crate::engine::preset::Preset;
 use crate::experiment::cluster::blocks::{Block, blocks};
-use crate::experiment::machine::Machine;
+use crate::experiment::foreign;
+use crate::experiment::machine::{self, Machine};
 use crate::experiment::record::{
     Observation, Outcome, RoundRecord, Stage, Status, TrialRecord, Variant, WindowSample,
 };
@@ -68,13 +68,20 @@ impl Cell {
     pub fn new(preset: &str, distance_test: &str, threads: usize) -> Cell {
         Cell { preset: preset.to_string(), distance_test: distance_test.to_string(), threads }
     }
+
+    /// Whether a variant computes what the cell names.
+    pub fn is_of(&self, variant: &Variant) -> bool {
+        variant.preset == self.preset && variant.distance_test == self.distance_test
+    }
+
+    pub fn in_words(&self) -> String {
+        format!("`{}` with `{}` on {} thread(s)", self.preset, self.distance_test, self.threads)
+    }
 }
 
 impl Pick for Cell {
     fn fits(&self, trial: &TrialRecord, variant: &Variant) -> bool {
-        trial.threads == self.threads
-            && variant.preset == self.preset
-            && variant.distance_test == self.distance_test
+        trial.threads == self.threads && self.is_of(variant)
     }
 }
 
@@ -112,19 +119,23 @@ pub type ByRound = BTreeMap<usize, f64>;
 impl Measured {
     /// Reads a run folder. Files that are not what they should be are refused by name.
     pub fn read(folder: &Path) -> Result<Measured> {
+        // Before anything is opened: nothing that a link names is read, or written over by a report.
+        let files = foreign::plain_files(folder)?;
         let info = RunInfo::read(folder)?;
-        let path = folder.join("machine.json");
-        let text = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-        let machine = serde_json::from_str(&text)
-            .with_context(|| format!("{} is not a machine's description", path.display()))?;
-        let mut paths: Vec<_> = fs::read_dir(folder.join("rounds"))
-            .with_context(|| format!("cannot list {}", folder.join("rounds").display()))?
-            .flatten()
-            .map(|entry| entry.path())
-            .filter(|path| path.extension().is_some_and(|e| e == "json"))
-            .collect();
-        paths.sort();
-        let mut rounds = paths.iter().map(|path| RoundRecord::read(path)).collect::<Result<Vec<_>>>()?;
+        let what = "a machine's description";
+        let machine = foreign::read_record(&folder.join("machine.json"), what, machine::SCHEMA_VERSION)?;
+        let mut rounds = Vec::new();
+        for name in files.iter().filter(|name| name.starts_with("rounds/") && name.ends_with(".json")) {
+            let path = folder.join(name);
+            let round = RoundRecord::read(&path)?;
+            let place = RoundRecord::path(Path::new(""), &round.experiment, round.stage, round.round);
+            ensure!(Path::new(name) == place, "{} is not where it belongs", path.display());
+            info.check_round(&round).map_err(|error| {
+                anyhow!("{}: {}", path.display(), foreign::presentable(&format!("{error:#}")))
+            })?;
+            rounds.push(round);
+        }
+        info.check_complete(&rounds).with_context(|| folder.display().to_string())?;
         let place = |id: &str| info.experiments.iter().position(|e| e.id == id);
         rounds.sort_by_key(|r| (place(&r.experiment), r.stage, r.round));
         Ok(Measured { info, machine, rounds })

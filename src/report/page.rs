@@ -1,4 +1,4 @@
-//! The report: every derived file of a run folder, `report.md` and the self-contained `report.html`.
+//! The report: every derived file of a run folder, `report.md` and the self-contained `report.html`. The manifest is last.
 
 use std::fs;
 use std::path::Path;
@@ -11,27 +11,33 @@ use crate::base::files::write_whole;
 use crate::experiment::cluster::blocks::in_words;
 use crate::experiment::machine::Machine;
 use crate::experiment::record::{Stage, Status};
-use crate::experiment::run::LAST_FILE;
+use crate::report::assets::Assets;
 use crate::report::chart::{Figure, svg_to_png};
-use crate::report::claim::{Judged, Verdict, judge_all};
+use crate::report::claim::{Judged, Verdict, in_short, judge_all};
+use crate::report::effort::{self, Effort};
+use crate::report::manifest;
 use crate::report::measured::Measured;
 use crate::report::section::{self, Content};
 use crate::report::summary::{CellPhase, cell_phases, summary};
 use crate::report::table::{TableView, show};
-use crate::report::{compared, noise, observations, samples, twin};
+use crate::report::{compared, markdown, noise, observations, samples, twin};
 
 /// Width of the PNGs, pixels.
 pub const PNG_WIDTH: u32 = 1600;
 
-/// What the templates show. Nothing in it is markup but `svg`, which the chart module made.
+/// What the templates show. Nothing in it is markup but `svg`, which the chart module made, and the page's own assets.
 #[derive(Debug, Serialize)]
 struct Page {
+    assets: Assets,
     title: String,
     stamp: Option<String>,
     run: RunView,
+    /// How many verdicts there are of each kind.
+    verdicts: String,
     /// `None` where the run holds no claim's experiment.
     claims: Option<TableView>,
     sections: Vec<Section>,
+    effort: TableView,
     machine: TableView,
 }
 
@@ -59,6 +65,10 @@ struct Section {
     tables: Vec<TableView>,
     /// Tables as files, below the run folder.
     files: Vec<String>,
+    /// The command that repeats it alone.
+    command: String,
+    /// Trials, time and size of the records.
+    took: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -131,14 +141,16 @@ pub fn write(folder: &Path) -> Result<Written> {
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
     write_claims(&measured, &judged, folder)?;
-    let sections = measured
-        .info
-        .experiments
+    let efforts = effort::of(&measured, folder)?;
+    samples::write_csv(&folder.join("effort.csv"), &effort::rows(&measured, &efforts, &judged))?;
+    let sections = efforts
         .iter()
-        .map(|e| section(&measured, &phases, &e.id, folder))
+        .map(|effort| section(&measured, &phases, effort, folder))
         .collect::<Result<Vec<_>>>()?;
-    let files = file_names(folder, &sections);
-    write_page(&page(&measured, &judged, sections), folder)?;
+    let mut files = file_names(folder, &sections);
+    write_page(&page(&measured, &judged, &efforts, sections), folder)?;
+    manifest::write(folder)?;
+    files.extend(["manifest.csv", "manifest.sha256"].map(String::from));
     let rounds = || measured.rounds.iter().filter(|round| round.stage != Stage::States);
     let trials = || rounds().flat_map(|round| &round.trials);
     let ok_trials = trials().filter(|trial| trial.status == Status::Ok).count();
@@ -153,7 +165,7 @@ fn file_names(folder: &Path, sections: &[Section]) -> Vec<String> {
     let figures = sections.iter().flat_map(|section| &section.figures);
     files.extend(figures.flat_map(|f| ["svg", "png"].map(|kind| format!("figures/{}.{kind}", f.file))));
     let data = ["summary.csv", "samples.csv", "steps.csv", "observations.csv", "fronts.csv", "twin.csv"];
-    files.extend(data.into_iter().chain(["machine.json", "machine.csv"]).map(String::from));
+    files.extend(data.into_iter().chain(["effort.csv", "machine.json", "machine.csv"]).map(String::from));
     files.retain(|file| file.starts_with("report.") || folder.join(file).is_file());
     files
 }
@@ -221,7 +233,8 @@ pub fn claims_view(judged: &[Judged]) -> TableView {
     view
 }
 
-fn section(measured: &Measured, phases: &[CellPhase], id: &str, folder: &Path) -> Result<Section> {
+fn section(measured: &Measured, phases: &[CellPhase], effort: &Effort, folder: &Path) -> Result<Section> {
+    let id = effort.experiment.as_str();
     let experiment = measured.experiment(id).context("an experiment of the run is missing")?;
     let Content { findings, figures, tables, files } = section::content(measured, phases, id)?;
     for (file, bytes) in &files {
@@ -243,11 +256,13 @@ fn section(measured: &Measured, phases: &[CellPhase], id: &str, folder: &Path) -
             .collect::<Result<Vec<_>>>()?,
         tables: tables.into_iter().chain(compared::view(measured, id)).collect(),
         files: files.into_iter().map(|(file, _)| file).collect(),
+        command: effort.command.clone(),
+        took: effort.in_words(),
     })
 }
 
 fn draw(name: &str, figure: &Figure, folder: &Path) -> Result<FigureView> {
-    let svg = figure.to_svg().with_context(|| format!("cannot draw {name}"))?;
+    let svg = figure.clone().legible().to_svg().with_context(|| format!("cannot draw {name}"))?;
     let path = |extension: &str| folder.join("figures").join(format!("{name}.{extension}"));
     write_whole(&path("svg"), svg.as_bytes())?;
     write_whole(&path("png"), &svg_to_png(&svg, PNG_WIDTH)?)?;
@@ -290,7 +305,7 @@ fn failures(measured: &Measured, id: &str) -> Vec<String> {
     sentences
 }
 
-fn page(measured: &Measured, judged: &[Judged], sections: Vec<Section>) -> Page {
+fn page(measured: &Measured, judged: &[Judged], efforts: &[Effort], sections: Vec<Section>) -> Page {
     let info = &measured.info;
     let mut machine = TableView::new("The machine and the build.", &["group", "fact", "value", "unit"]);
     for fact in &measured.machine.facts {
@@ -298,6 +313,7 @@ fn page(measured: &Measured, judged: &[Judged], sections: Vec<Section>) -> Page 
         machine.rows.push(vec![fact.group.clone(), fact.key.clone(), value, fact.unit.clone()]);
     }
     Page {
+        assets: Assets::load(),
         title: format!("AoS relocation in the MPS method, rerun on {}", info.machine_alias),
         stamp: measured.stamp(),
         run: RunView {
@@ -309,8 +325,10 @@ fn page(measured: &Measured, judged: &[Judged], sections: Vec<Section>) -> Page 
             created_utc: info.created_utc.clone(),
             finished_utc: info.finished_utc.clone().unwrap_or_else(|| "unfinished".to_string()),
         },
+        verdicts: in_short(judged),
         claims: (!judged.is_empty()).then(|| claims_view(judged)),
         sections,
+        effort: effort::view(efforts, judged),
         machine,
     }
 }
@@ -322,16 +340,19 @@ fn write_page(page: &Page, folder: &Path) -> Result<()> {
         _ => AutoEscape::None,
     });
     environment.add_filter("markdown_table", markdown_table);
+    environment.add_filter("text", markdown::plain);
+    environment.add_filter("code", markdown::code);
     environment.add_template("report.html", include_str!("report.html"))?;
     environment.add_template("report.md", include_str!("report.md"))?;
-    for name in ["report.md", LAST_FILE] {
+    for name in ["report.md", "report.html"] {
         let text = environment.get_template(name)?.render(page)?;
         write_whole(&folder.join(name), text.as_bytes()).with_context(|| format!("cannot write {name}"))?;
     }
     Ok(())
 }
 
-fn markdown_table(view: minijinja::Value) -> Result<String, minijinja::Error> {
+/// The filter that turns a table into Markdown.
+pub fn markdown_table(view: minijinja::Value) -> Result<String, minijinja::Error> {
     let texts = |list: minijinja::Value| -> Result<Vec<String>, minijinja::Error> {
         Ok(list.try_iter()?.map(|cell| cell.to_string()).collect())
     };

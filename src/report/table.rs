@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
+use crate::report::markdown;
 use crate::report::measured::{ByRound, Cell, Measured, Quantity, estimate, ratio};
 use crate::report::published::{Published, Seconds};
 use crate::report::summary::{CellPhase, cells, find, phase_names};
@@ -25,10 +26,11 @@ impl TableView {
         }
     }
 
-    /// The same for a repository's pages. Bars inside a cell are escaped.
+    /// The same for a repository's pages. Bars inside a cell are escaped, and so is what would be markup.
     pub fn to_markdown(&self) -> String {
         let line = |cells: &[String]| -> String {
-            let escaped: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+            let escape = |cell: &String| markdown::plain(cell).replace('|', "\\|");
+            let escaped: Vec<String> = cells.iter().map(escape).collect();
             format!("| {} |\n", escaped.join(" | "))
         };
         let mut text = line(&self.header);

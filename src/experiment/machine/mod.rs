@@ -32,7 +32,7 @@ pub use topology::{Cpu, Topology, allowed_cpus};
 use source::{Source, field, parse_cpu_list};
 
 /// The version of the recorded form, to be raised when the meaning of a field changes.
-const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 1;
 
 /// What was recorded about one machine at one time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -18,6 +18,9 @@ const STEPS_A_PASS: f64 = 0.25;
 const STARTING_S: f64 = 0.02;
 const READING_S: f64 = 2e-6;
 
+/// The name of the group that stands for the twin's state.
+pub const GROUP: &str = "twin";
+
 /// A trial of the twin.
 #[derive(Debug, Clone)]
 pub struct TwinWork {
@@ -48,7 +51,7 @@ pub fn group(
     Check { file: &spec.id }.require(inside, "twin.after_step", twin.after_step, allowed)?;
     let windows = vec![Window { start_step: twin.after_step, warmup_steps: 0, steps: 0 }];
     Ok(Some(Group {
-        name: "twin".to_string(),
+        name: GROUP.to_string(),
         states: States::needed(states, &scene, spec.fixed.cg_tolerance, &windows),
         particles: scene.particles(&spec.scene)?.len(),
         scene,

@@ -17,6 +17,7 @@ mod frame;
 mod label;
 mod layout;
 mod legend;
+mod legible;
 mod line;
 mod style;
 #[cfg(test)]

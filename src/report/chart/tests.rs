@@ -147,9 +147,26 @@ fn missing_glyph_is_an_error_that_names_it() {
     plot.series[0].points[2].label = Some("粒子".to_owned());
     let message = unreadable.to_svg().unwrap_err().to_string();
     assert!(message.contains("U+7C92") && message.contains("point label \"粒子\""), "{message}");
+    let svg = unreadable.legible().to_svg().unwrap();
+    assert!(texts(&svg).contains(&"??".to_owned()), "the rest of the figure is worth more than the letters");
     unreadable = mixed();
     unreadable.description = "粒子".to_owned();
     assert!(unreadable.to_svg().is_ok(), "the description is not drawn");
+}
+
+/// Whatever text a figure draws, foreign letters in it do not stop the report.
+#[test]
+fn every_drawn_text_can_be_made_legible() {
+    let mut foreign = mixed();
+    let places = foreign.drawn_texts().len();
+    let mut changed = 0;
+    foreign.change_texts(&mut |text| {
+        *text = "粒\n<b>".to_owned();
+        changed += 1;
+    });
+    assert_eq!(changed, places);
+    let svg = foreign.legible().to_svg().unwrap();
+    assert!(texts(&svg).iter().any(|text| text == "? <b>") && !svg.contains("<b>"));
 }
 
 #[test]
