@@ -28,10 +28,7 @@ impl RoundPlanner<'_> {
             rounds.extend((0..whole.rounds.most()).map(|round| self.whole(whole, round)));
         }
         for (k, group) in self.experiment.groups.iter().enumerate() {
-            if group.windows.is_empty()
-                || group.cells.is_empty()
-                || std::mem::replace(&mut left[group.states], true)
-            {
+            if group.windows.is_empty() || std::mem::replace(&mut left[group.states], true) {
                 continue;
             }
             let answer = self.states[group.states].variant();
