@@ -95,7 +95,7 @@ fn mixed_state(path: &Path) -> Geometry {
     let workers = std::sync::Arc::new(Workers::new(2, options.schedule, &[]).unwrap());
     let start = Start { particles: &initial, steps_done: 0 };
     let mut simulation = simulation::build(&parameters, &options, start, workers).unwrap();
-    for _ in 0..150 {
+    for _ in 0..60 {
         simulation.step(&mut NoProbe).unwrap();
     }
     snapshot::write(path, simulation.particles()).unwrap();
