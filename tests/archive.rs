@@ -12,7 +12,7 @@ use std::process::Command;
 use serde_json::{Value, json};
 use zip::ZipArchive;
 
-use small_run::{EXPERIMENT, copy, edit, files, repro, run, text};
+use small_run::{copied, copy, edit, files, repro, text};
 
 /// The files of an archive.
 fn unpacked(zip: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -36,7 +36,7 @@ fn archive(run: &Path, more: &[&str]) -> (Option<i32>, String) {
 #[test]
 fn an_archive_holds_the_run_and_how_to_do_it_again() {
     let place = tempfile::tempdir().unwrap();
-    let run = run(place.path(), "one", EXPERIMENT);
+    let run = copied(place.path(), "one");
     assert_eq!(archive(&run, &[]), (Some(0), String::new()));
     let packed = unpacked(&place.path().join("one.zip"));
     let text = |name: &str| String::from_utf8(packed[name].clone()).unwrap();
@@ -45,7 +45,7 @@ fn an_archive_holds_the_run_and_how_to_do_it_again() {
         let inside = packed.get(&format!("run/{name}")).cloned();
         assert_eq!(inside, (name != ".lock").then(|| fs::read(&file).unwrap()), "{name}");
     }
-    for name in ["paper/claims.toml", "paper/published.toml", "scenes/dam-break.toml", "run/manifest.sha256"]
+    for name in ["paper/claims.toml", "paper/reproduction.md", "scenes/dam-break.toml", "run/manifest.sha256"]
     {
         assert!(packed.contains_key(name), "{name}");
     }
@@ -77,7 +77,7 @@ fn an_archive_holds_the_run_and_how_to_do_it_again() {
 #[test]
 fn what_is_not_what_it_was_is_not_packed() {
     let place = tempfile::tempdir().unwrap();
-    let original = run(place.path(), "one", EXPERIMENT);
+    let original = copied(place.path(), "one");
     let refused = |doctor: &dyn Fn(&Path), more: &[&str], code: i32, words: &[&str]| {
         let place = tempfile::tempdir().unwrap();
         let copied = place.path().join("copied");
@@ -117,7 +117,7 @@ fn what_is_not_what_it_was_is_not_packed() {
 #[test]
 fn checksums_are_the_systems_own_and_are_the_same_when_rendered_again() {
     let place = tempfile::tempdir().unwrap();
-    let run = run(place.path(), "one", EXPERIMENT);
+    let run = copied(place.path(), "one");
     let manifest = || fs::read_to_string(run.join("manifest.sha256")).unwrap();
     let before = manifest();
     assert!(repro(&["report", run.to_str().unwrap()]).status.success());
@@ -142,7 +142,7 @@ fn checksums_are_the_systems_own_and_are_the_same_when_rendered_again() {
 #[test]
 fn nothing_names_a_user_a_host_or_a_place() {
     let place = tempfile::tempdir().unwrap();
-    let run = run(place.path(), "one", EXPERIMENT);
+    let run = copied(place.path(), "one");
     assert_eq!(archive(&run, &[]).0, Some(0));
     let packed = unpacked(&place.path().join("one.zip"));
     let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default().trim().to_string();

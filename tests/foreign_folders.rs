@@ -9,7 +9,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use small_run::{EXPERIMENT, copy, edit, files, repro, run, text};
+use small_run::{EXPERIMENT, copied, copy, edit, files, repro, run, text};
 
 const ROUND: &str = "rounds/small-paired-002.json";
 
@@ -50,7 +50,7 @@ fn replace(folder: &Path, file: &str, from: &str, to: &str) {
 #[test]
 fn files_that_are_no_records_are_refused_where_they_go_wrong() {
     let place = tempfile::tempdir().unwrap();
-    let run = &run(place.path(), "one", EXPERIMENT);
+    let run = &copied(place.path(), "one");
     for file in ["run.json", "machine.json", ROUND] {
         let halve = |folder: &Path| {
             let whole = fs::read(folder.join(file)).unwrap();
@@ -76,7 +76,7 @@ fn files_that_are_no_records_are_refused_where_they_go_wrong() {
 #[test]
 fn numbers_that_cannot_be_are_refused() {
     let place = tempfile::tempdir().unwrap();
-    let run = &run(place.path(), "one", EXPERIMENT);
+    let run = &copied(place.path(), "one");
     let at_first = "trial at position 0";
     let set = |to: &'static str| {
         move |folder: &Path| {
@@ -116,7 +116,7 @@ fn numbers_that_cannot_be_are_refused() {
 #[test]
 fn rounds_that_do_not_fit_their_plan_are_refused() {
     let place = tempfile::tempdir().unwrap();
-    let run = &run(place.path(), "one", EXPERIMENT);
+    let run = &copied(place.path(), "one");
     let round = |change: fn(&mut Value)| move |folder: &Path| edit(&folder.join(ROUND), change);
     let twice = round(|round| {
         let mut again = round["trials"][0].clone();
@@ -154,7 +154,7 @@ fn rounds_that_do_not_fit_their_plan_are_refused() {
 #[test]
 fn names_lead_nowhere() {
     let place = tempfile::tempdir().unwrap();
-    let run = &run(place.path(), "one", EXPERIMENT);
+    let run = &copied(place.path(), "one");
     for (name, words) in [
         ("../small", "not where it belongs"),
         ("/tmp/small", "not where it belongs"),
@@ -194,7 +194,7 @@ fn names_lead_nowhere() {
 fn links_are_neither_read_nor_written_through() {
     use std::os::unix::fs::symlink;
     let place = tempfile::tempdir().unwrap();
-    let run = &run(place.path(), "one", EXPERIMENT);
+    let run = &copied(place.path(), "one");
     let outside = place.path().join("outside");
     fs::create_dir(&outside).unwrap();
     for file in ["run.json", "machine.json", ROUND, "report.html", "rounds", "figures", "tables"] {

@@ -15,14 +15,15 @@ use crate::base::input::InputError;
 use crate::experiment::spec::Experiment;
 use crate::experiment::{foreign, library};
 use crate::report::measured::Measured;
-use crate::report::{claim, effort, manifest, markdown, page};
+use crate::report::{claim, effort, manifest, markdown, page, write_up};
 
 /// The scenes and what the paper says, as they stand in the project.
-const EMBEDDED: [(&str, &str); 10] = [
+const EMBEDDED: [(&str, &str); 11] = [
     ("paper/README.md", include_str!("../../paper/README.md")),
     ("paper/claims.toml", include_str!("../../paper/claims.toml")),
     ("paper/martin_moyce_1952.toml", include_str!("../../paper/martin_moyce_1952.toml")),
     ("paper/published.toml", include_str!("../../paper/published.toml")),
+    ("paper/threats-to-validity.md", include_str!("../../paper/threats-to-validity.md")),
     ("scenes/coincident-pair.toml", include_str!("../../experiments/scenes/coincident-pair.toml")),
     ("scenes/dam-break.toml", include_str!("../../experiments/scenes/dam-break.toml")),
     ("scenes/falling-block.toml", include_str!("../../experiments/scenes/falling-block.toml")),
@@ -54,6 +55,7 @@ pub fn write(folder: &Path, output: &Path, allowed_unfinished: bool) -> Result<V
         packed.push(experiment_file(experiment)?);
     }
     packed.extend(EMBEDDED.map(|(file, text)| (file.to_string(), text.as_bytes().to_vec())));
+    packed.push(("paper/reproduction.md".to_string(), write_up::text(&measured)?.into_bytes()));
     packed.push(("README.md".to_string(), read_me(&measured, folder)?.into_bytes()));
     packed.sort();
     let bytes = zip(&packed)?;

@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 
 use serde_json::Value;
 
@@ -53,6 +54,20 @@ pub fn run(place: &Path, name: &str, experiment: &str) -> PathBuf {
     let (file, output) = (file.to_str().unwrap(), folder.to_str().unwrap());
     let done = repro(&["run", file, "--quick", "--alias", name, "--output", output]);
     assert!(done.status.success(), "{}", text(&done.stderr));
+    folder
+}
+
+/// A copy, in the folder `name` of `place`, of a run that the tests of a file share: measuring it takes longer than a test.
+pub fn copied(place: &Path, name: &str) -> PathBuf {
+    static SHARED: LazyLock<PathBuf> = LazyLock::new(|| {
+        let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(env!("CARGO_CRATE_NAME"));
+        let _ = fs::remove_dir_all(&place);
+        fs::create_dir_all(&place).unwrap();
+        run(&place, "shared", EXPERIMENT)
+    });
+    let folder = place.join(name);
+    copy(&SHARED, &folder);
+    fs::write(place.join(format!("{name}.toml")), EXPERIMENT).unwrap();
     folder
 }
 
