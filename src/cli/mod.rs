@@ -3,6 +3,7 @@
 mod all;
 mod compare;
 mod engine_options;
+mod export;
 mod list;
 mod machine;
 mod measure;
@@ -51,6 +52,8 @@ enum Verb {
     Report(report::Report),
     /// Compares run folders, from any machines: ratios within each, times beside them, what differs.
     Compare(compare::Compare),
+    /// Writes a run's tables for spreadsheets, statistics programs and notebooks.
+    Export(export::Export),
     /// Simulates one scene.
     Simulate(Box<simulate::Simulate>),
     /// Runs one trial, described on standard input: how this program starts itself.
@@ -86,6 +89,7 @@ impl Cli {
             Verb::Machine(verb) => verb.run(),
             Verb::Report(verb) => verb.run(),
             Verb::Compare(verb) => verb.run(),
+            Verb::Export(verb) => verb.run(),
             Verb::Simulate(verb) => verb.run(),
             Verb::Trial(verb) => verb.run(),
         }

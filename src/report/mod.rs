@@ -3,6 +3,7 @@
 pub mod chart;
 pub mod claim;
 pub mod compare;
+pub mod export;
 pub mod measured;
 pub mod measured_front;
 pub mod model;

@@ -70,7 +70,7 @@ struct FigureView {
 
 /// A row of `claims.csv`.
 #[derive(Debug, Serialize)]
-struct ClaimRow<'a> {
+pub struct ClaimRow<'a> {
     mode: &'static str,
     particles: Option<usize>,
     claim: &'a str,
@@ -122,7 +122,7 @@ pub fn write(folder: &Path) -> Result<Written> {
     observations::write(&measured, folder)?;
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
-    write_claims(&measured, &judged, folder)?;
+    samples::write_csv(&folder.join("claims.csv"), &claim_rows(&measured, &judged))?;
     let sections = measured
         .info
         .experiments
@@ -162,8 +162,9 @@ fn write_machine(machine: &Machine, folder: &Path) -> Result<()> {
     samples::write_csv(&folder.join("machine.csv"), &rows)
 }
 
-fn write_claims(measured: &Measured, judged: &[Judged], folder: &Path) -> Result<()> {
-    let rows: Vec<ClaimRow<'_>> = judged
+/// A row a claim and rule.
+pub fn claim_rows<'a>(measured: &Measured, judged: &'a [Judged]) -> Vec<ClaimRow<'a>> {
+    judged
         .iter()
         .map(|j| ClaimRow {
             mode: measured.info.mode.name(),
@@ -182,8 +183,7 @@ fn write_claims(measured: &Measured, judged: &[Judged], folder: &Path) -> Result
             verdict: j.verdict.name(),
             reason: j.verdict.reason(),
         })
-        .collect();
-    samples::write_csv(&folder.join("claims.csv"), &rows)
+        .collect()
 }
 
 /// The claims for people.
