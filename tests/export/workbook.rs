@@ -67,7 +67,7 @@ impl Workbook {
                 };
                 let value = value.text().unwrap();
                 let style = cell.attribute("s").and_then(|style| style.parse().ok()).unwrap_or(0);
-                cells.push(Some(match cell.attribute("t") {
+                cells.push(Some(match cell.attribute("t").filter(|kind| *kind != "n") {
                     Some("s") => Cell::Text(strings[value.parse::<usize>().unwrap()].clone()),
                     None if times.contains(&style) => Cell::Time(time(value.parse().unwrap())),
                     None => Cell::Number(value.parse().unwrap()),
@@ -82,7 +82,8 @@ impl Workbook {
     /// The styles that show a number as a time.
     fn time_styles(&self) -> Vec<usize> {
         let styles = Document::parse(&self.0["xl/styles.xml"]).unwrap();
-        let is_time = |format: &Node<'_, '_>| format.attribute("formatCode") == Some("yyyy-mm-dd hh:mm:ss");
+        let code = |format: &Node<'_, '_>| format.attribute("formatCode").unwrap().replace('\\', "");
+        let is_time = |format: &Node<'_, '_>| code(format).eq_ignore_ascii_case("yyyy-mm-dd hh:mm:ss");
         let formats: Vec<&str> = named(&styles, "numFmt")
             .filter(is_time)
             .filter_map(|format| format.attribute("numFmtId"))
@@ -121,4 +122,31 @@ fn unescaped(text: &str) -> String {
 fn time(days: f64) -> String {
     let second = (days * 86_400.0).round() as i64 - 25_569 * 86_400;
     jiff::Timestamp::from_second(second).unwrap().to_string()
+}
+
+/// The order of a series' parts in its schema, which Excel insists on.
+const SERIES: [&str; 14] = [
+    "idx",
+    "order",
+    "tx",
+    "spPr",
+    "invertIfNegative",
+    "marker",
+    "dPt",
+    "dLbls",
+    "trendline",
+    "errBars",
+    "cat",
+    "val",
+    "xVal",
+    "yVal",
+];
+
+/// Whether the parts of each series of a chart are in order.
+pub fn is_in_order(chart: &str) -> bool {
+    let chart = Document::parse(chart).unwrap();
+    named(&chart, "ser").all(|series| {
+        let parts = series.children().map(|part| part.tag_name().name().to_string());
+        parts.map(|part| SERIES.iter().position(|known| *known == part)).is_sorted()
+    })
 }

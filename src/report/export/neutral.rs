@@ -3,57 +3,16 @@
 //! Excel and LibreOffice look at what a cell says, quoted or not, and neither reads a leading apostrophe in a CSV file as
 //! the sign for text, as both do at the keyboard: they show it. So an apostrophe makes text of anything, at the price of
 //! being seen; `="..."`, the other usual way, is itself a formula. A reader gets the text back by taking one leading
-//! apostrophe away.
+//! apostrophe away; only an apostrophe before a formula inside the text cannot be told from one that was there.
 
 use std::borrow::Cow;
 
 /// Words that occur in numbers and dates.
-const VALUE_WORDS: [&str; 41] = [
-    "e",
-    "a",
-    "p",
-    "am",
-    "pm",
-    "jan",
-    "feb",
-    "mar",
-    "apr",
-    "may",
-    "jun",
-    "jul",
-    "aug",
-    "sep",
-    "sept",
-    "oct",
-    "nov",
-    "dec",
-    "january",
-    "february",
-    "march",
-    "april",
-    "june",
-    "july",
-    "august",
-    "september",
-    "october",
-    "november",
-    "december",
-    "年",
-    "月",
-    "日",
-    "時",
-    "分",
-    "秒",
-    "午前",
-    "午後",
-    "令和",
-    "平成",
-    "昭和",
-    "大正",
-];
+const VALUE_WORDS: &str = "e a p am pm jan feb mar apr may jun jul aug sep sept oct nov dec january february march april \
+                           june july august september october november december 年 月 日 時 分 秒 午前 午後";
 
 /// Words that occur in dates with year, month and day: parts of ISO 8601, and Japanese eras.
-const DATE_WORDS: [&str; 8] = ["t", "z", "utc", "r", "h", "s", "m", "明治"];
+const DATE_WORDS: &str = "t z utc r h s m 令和 平成 昭和 大正 明治";
 
 /// The text, with an apostrophe before it if a spreadsheet would not take it for text, and before every formula that
 /// would begin a cell if the file were cut at another separator than its own.
@@ -97,9 +56,13 @@ fn looks_like_value(text: &str) -> bool {
     let numbers = text.split(|c: char| !c.is_numeric()).filter(|number| !number.is_empty()).count();
     match numbers {
         0 => matches!(text.trim(), "true" | "false"),
-        1 | 2 => words().all(|word| VALUE_WORDS.contains(&word)),
-        _ => words().all(|word| VALUE_WORDS.contains(&word) || DATE_WORDS.contains(&word)),
+        1 | 2 => words().all(|word| is_one_of(word, VALUE_WORDS)),
+        _ => words().all(|word| is_one_of(word, VALUE_WORDS) || is_one_of(word, DATE_WORDS)),
     }
+}
+
+fn is_one_of(word: &str, words: &str) -> bool {
+    words.split(' ').any(|known| known == word)
 }
 
 /// The plain form of a full-width letter, digit or sign.
@@ -116,7 +79,7 @@ mod tests {
     #[test]
     fn formulas_become_text() {
         for formula in
-            ["=1+1", "+1", "-1", "@SUM(1)", "\t=1", "\r=1", "  =1", "＝1", "－x", "=cmd|' /C calc'!A0"]
+            ["=1+1", "+1", "-1", "@SUM(1)", "\tx", "\rx", "  =1", "＝1", "－x", "=cmd|' /C calc'!A0"]
         {
             assert_eq!(neutral(formula), format!("'{formula}"));
         }

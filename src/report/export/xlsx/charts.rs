@@ -23,7 +23,6 @@ const INSIDE_CG: u32 = 0xE6_9F_00;
 const OUTSIDE_CG: u32 = 0x56_B4_E9;
 const IDEAL: u32 = 0x7A_7A_7A;
 const INTERVAL: u32 = 0x22_22_22;
-const WHITE: u32 = 0xFF_FF_FF;
 const GRID: u32 = 0xE0_E0_E0;
 
 /// Adds the sheet of charts, if there are any.
@@ -132,16 +131,17 @@ fn intervals(block: &Block, curve: &Curve, top: u32, number: usize) -> Option<Ch
     })
 }
 
-/// An axis whose ends are powers of two around all values.
+/// An axis whose ends are powers of two around all values; LibreOffice does not draw a point on the upper end.
 fn logarithmic(axis: &mut ChartAxis, name: &str, values: impl Iterator<Item = f64> + Clone) {
     let least = values.clone().fold(f64::INFINITY, f64::min);
     let most = values.fold(0.0, f64::max);
-    let (least, most) = (least.log2().floor(), most.log2().ceil());
+    let (least, most) = (least.log2().floor(), most.log2().floor() + 1.0);
     if least.is_finite() && most.is_finite() {
-        axis.set_min(least.exp2()).set_max(most.max(least + 1.0).exp2());
+        axis.set_min(least.exp2()).set_max(most.exp2());
     }
     axis.set_name(name)
         .set_log_base(2)
+        .set_major_unit(2)
         .set_num_format("General")
         .set_crossing(ChartAxisCrossing::Min)
         .set_label_position(ChartAxisLabelPosition::Low);
@@ -159,27 +159,25 @@ struct Look {
     dash: Option<ChartLineDashType>,
     /// `None` for a line alone.
     marker: Option<ChartMarkerType>,
-    filled: bool,
 }
 
 impl Look {
+    /// Markers differ in shape, not in being filled: LibreOffice draws no border around them.
     fn of(role: Role) -> Look {
-        let points = |color, shape, filled| Look { color, dash: None, marker: Some(shape), filled };
+        let points = |color, shape| Look { color, dash: None, marker: Some(shape) };
+        let curve = |color, shape| Look { dash: Some(ChartLineDashType::Solid), ..points(color, shape) };
         match role {
-            Role::InsideCg => points(INSIDE_CG, ChartMarkerType::Square, true),
-            Role::OutsideCg => points(OUTSIDE_CG, ChartMarkerType::Square, true),
-            Role::Published { whole } => points(PAPER, ChartMarkerType::Diamond, whole),
-            Role::Ideal => {
-                Look { color: IDEAL, dash: Some(ChartLineDashType::Dash), marker: None, filled: true }
+            Role::InsideCg => points(INSIDE_CG, ChartMarkerType::Square),
+            Role::OutsideCg => points(OUTSIDE_CG, ChartMarkerType::Square),
+            Role::Ideal => Look { color: IDEAL, dash: Some(ChartLineDashType::Dash), marker: None },
+            Role::Published { whole: true } => points(PAPER, ChartMarkerType::Diamond),
+            Role::Published { whole: false } => points(PAPER, ChartMarkerType::X),
+            Role::Measured { relocated: false, whole: true } => curve(LINKED_LIST, ChartMarkerType::Circle),
+            Role::Measured { relocated: false, whole: false } => {
+                curve(LINKED_LIST, ChartMarkerType::Triangle)
             }
-            Role::Measured { relocated: false, whole } => {
-                let dash = Some(ChartLineDashType::Solid);
-                Look { dash, ..points(LINKED_LIST, ChartMarkerType::Circle, whole) }
-            }
-            Role::Measured { relocated: true, whole } => {
-                let dash = Some(ChartLineDashType::Solid);
-                Look { dash, ..points(RELOCATED, ChartMarkerType::Square, whole) }
-            }
+            Role::Measured { relocated: true, whole: true } => curve(RELOCATED, ChartMarkerType::Square),
+            Role::Measured { relocated: true, whole: false } => curve(RELOCATED, ChartMarkerType::Diamond),
         }
     }
 
@@ -200,10 +198,9 @@ impl Look {
             marker.set_none();
             return marker;
         };
-        let fill = if self.filled { self.color } else { WHITE };
         let mut format = ChartFormat::new();
         format
-            .set_solid_fill(ChartSolidFill::new().set_color(fill))
+            .set_solid_fill(ChartSolidFill::new().set_color(self.color))
             .set_border(ChartLine::new().set_color(self.color));
         marker.set_type(shape).set_size(8).set_format(&mut format);
         marker

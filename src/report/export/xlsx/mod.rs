@@ -2,6 +2,7 @@
 
 mod block;
 mod charts;
+mod ordered;
 mod plotted;
 mod tables;
 
@@ -31,7 +32,7 @@ pub fn bytes(info: &RunInfo, sheets: &[Sheet]) -> Result<Vec<u8>> {
         tables::add(&mut workbook, sheet, MOST_ROWS)?;
     }
     block::add(&mut workbook, &charts)?;
-    Ok(workbook.save_to_buffer()?)
+    ordered::with_ordered_charts(&workbook.save_to_buffer()?)
 }
 
 /// The workbook's time is the run's, so that it does not depend on when it was exported.

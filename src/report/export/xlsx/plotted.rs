@@ -26,36 +26,57 @@ fn short(preset: &str) -> &'static str {
     if preset == Preset::PAPER_LINKED_LIST.name() { "linked list" } else { "relocated" }
 }
 
-/// Table 2: a bar a preset and distance test, the paper's first. The top of a bar is the median of the total, as in the
-/// table, not the sum of two medians.
+/// Table 2: a bar a preset and distance test, the paper's first.
 fn bars(sheet: &Sheet) -> Block {
-    let mut names = Vec::new();
-    let (mut inside, mut outside) = (Vec::new(), Vec::new());
-    for total in sheet.rows.iter().filter(|row| is_seconds(sheet, row, "total")) {
-        let same = |row: &&Vec<Value>| {
-            ["source", "distance_test", "row"]
-                .iter()
-                .all(|column| sheet.cell(row, column) == sheet.cell(total, column))
-        };
-        let cg = sheet.rows.iter().filter(|row| is_seconds(sheet, row, "cg")).find(same);
-        let number = |column: &str| sheet.number(total, column);
-        let cg = cg.and_then(|row| sheet.number(row, "value"));
-        let (Some(cg), Some(value)) = (cg, number("value")) else { continue };
-        let search = short(sheet.text(total, "row"));
-        names.push(match sheet.text(total, "source") {
-            PAPER => format!("paper: {search}"),
-            _ => format!("here, {}: {search}", sheet.text(total, "distance_test")),
-        });
-        inside.push(Some(Point { value: cg, low: None, high: None }));
-        let top = |end: Option<f64>| end.map(|end| end - cg);
-        outside.push(Some(Point { value: value - cg, low: top(number("low")), high: top(number("high")) }));
-    }
-    let curve = |name: &str, role, points| Curve { name: name.to_string(), role, points };
+    let totals = sheet.rows.iter().filter(|row| is_seconds(sheet, row, "total"));
+    let bars: Vec<Bar> = totals.filter_map(|total| Bar::of(sheet, total)).collect();
+    let curve = |name: &str, role, point: fn(&Bar) -> Point| {
+        let points = bars.iter().map(|bar| Some(point(bar))).collect();
+        Curve { name: name.to_string(), role, points }
+    };
     Block {
         title: "Table 2: time of the run on one thread",
         unit: "s",
-        places: Places::Names(names),
-        curves: vec![curve("CG", Role::InsideCg, inside), curve("outside CG", Role::OutsideCg, outside)],
+        places: Places::Names(bars.iter().map(|bar| bar.name.clone()).collect()),
+        curves: vec![
+            curve("CG", Role::InsideCg, |bar| bar.inside),
+            curve("outside CG", Role::OutsideCg, |bar| bar.outside),
+        ],
+    }
+}
+
+/// A bar of Table 2 in two parts.
+struct Bar {
+    name: String,
+    inside: Point,
+    outside: Point,
+}
+
+impl Bar {
+    /// The bar of the row of a total. Its top is the median of the total, as in the table, not the sum of two medians; the
+    /// paper's parts are as printed.
+    fn of(sheet: &Sheet, total: &[Value]) -> Option<Bar> {
+        let same = |row: &&Vec<Value>| {
+            ["source", "distance_test", "row"]
+                .iter()
+                .all(|name| sheet.cell(row, name) == sheet.cell(total, name))
+        };
+        let part = |quantity: &str| {
+            let row = sheet.rows.iter().filter(|row| is_seconds(sheet, row, quantity)).find(same)?;
+            sheet.number(row, "value")
+        };
+        let (cg, value) = (part("cg")?, sheet.number(total, "value")?);
+        let search = short(sheet.text(total, "row"));
+        if sheet.text(total, "source") == PAPER {
+            let name = format!("paper: {search}");
+            return Some(Bar { name, inside: plain(cg), outside: plain(part("non_cg")?) });
+        }
+        let end = |column: &str| sheet.number(total, column).map(|end| end - cg);
+        Some(Bar {
+            name: format!("here, {}: {search}", sheet.text(total, "distance_test")),
+            inside: plain(cg),
+            outside: Point { value: value - cg, low: end("low"), high: end("high") },
+        })
     }
 }
 
@@ -132,13 +153,14 @@ fn times(sheet: &Sheet) -> Block {
 /// What the time on one thread, where there is one, would become if threads shared it evenly.
 fn ideal_of(curve: &Curve, threads: &[f64]) -> Curve {
     let one_thread = threads.iter().position(|&threads| threads == 1.0).and_then(|place| curve.points[place]);
-    let at = |threads: &f64| plain(one_thread?.value / threads);
+    let at = |threads: &f64| Some(plain(one_thread?.value / threads));
     let name = format!("{}: ideal scaling", curve.name);
     Curve { name, role: Role::Ideal, points: threads.iter().map(at).collect() }
 }
 
-fn plain(value: f64) -> Option<Point> {
-    Some(Point { value, low: None, high: None })
+/// A value without an interval.
+fn plain(value: f64) -> Point {
+    Point { value, low: None, high: None }
 }
 
 /// Figure 4: speed-up over one thread, beside the two that the paper prints.
@@ -147,7 +169,7 @@ fn speed_ups(sheet: &Sheet) -> Block {
     let curve =
         |followed: &Followed| followed.curve(sheet, &threads, ["speed_up", "speed_up_low", "speed_up_high"]);
     let mut curves: Vec<Curve> = FOLLOWED.iter().map(curve).collect();
-    let ideal = threads.iter().map(|&threads| plain(threads)).collect();
+    let ideal = threads.iter().map(|&threads| Some(plain(threads))).collect();
     curves.push(Curve { name: "ideal scaling".to_string(), role: Role::Ideal, points: ideal });
     curves.push(published(sheet, &threads, true));
     curves.push(published(sheet, &threads, false));
@@ -161,7 +183,7 @@ fn published(sheet: &Sheet, threads: &[f64], whole: bool) -> Curve {
     let at = |threads: &f64| {
         let row = sheet.rows.iter().find(|row| sheet.text(row, "source") == PAPER)?;
         let there = sheet.number(row, "threads") == Some(*threads);
-        sheet.number(row, column).filter(|_| there).and_then(plain)
+        sheet.number(row, column).filter(|_| there).map(plain)
     };
     let points = threads.iter().map(at).collect();
     Curve { name: format!("paper, {name}"), role: Role::Published { whole }, points }

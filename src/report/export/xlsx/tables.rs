@@ -1,7 +1,7 @@
 //! Sheets of tables: typed cells, a header that stays in view, filters, and a note on every column.
 
 use anyhow::{Context, Result};
-use rust_xlsxwriter::{Format, IgnoreError, Note, Workbook, Worksheet};
+use rust_xlsxwriter::{Format, FormatAlign, IgnoreError, Note, Workbook, Worksheet};
 
 use super::{excel_time, header_format};
 use crate::report::export::column::{Column, Kind};
@@ -15,7 +15,7 @@ const LONGEST_TEXT: usize = 32_767;
 const LARGEST_EXACT: u64 = 1 << 53;
 
 /// Widths of columns in characters, and how many rows they are made for.
-const WIDTHS: (usize, usize) = (8, 46);
+const WIDTHS: (usize, usize) = (8, 60);
 const MEASURED_ROWS: usize = 200;
 
 /// Adds a table; one with more rows than a sheet has goes on in further sheets.
@@ -37,9 +37,8 @@ pub fn add(workbook: &mut Workbook, sheet: &Sheet, most_rows: usize) -> Result<(
 
 fn fill(worksheet: &mut Worksheet, sheet: &Sheet, rows: &[Vec<Value>]) -> Result<()> {
     let columns = sheet.table.columns;
-    let header = header_format();
     for (place, column) in (0u16..).zip(columns) {
-        worksheet.write_string_with_format(0, place, column.name, &header)?;
+        worksheet.write_string_with_format(0, place, column.name, &header(column))?;
         worksheet.insert_note(0, place, &note(column))?;
         worksheet.set_column_width(place, width(column, rows, usize::from(place)) as f64)?;
     }
@@ -57,6 +56,14 @@ fn fill(worksheet: &mut Worksheet, sheet: &Sheet, rows: &[Vec<Value>]) -> Result
     Ok(())
 }
 
+/// The header of a column, above its cells: numbers are at the right of theirs.
+fn header(column: &Column) -> Format {
+    match column.kind {
+        Kind::Integer | Kind::Number => header_format().set_align(FormatAlign::Right),
+        _ => header_format().set_indent(1),
+    }
+}
+
 /// How the cells of a column are shown, by what they are.
 struct Formats {
     text: Format,
@@ -70,10 +77,10 @@ impl Formats {
         let format = |pattern: &str| Format::new().set_num_format(pattern);
         Formats {
             // Text that is edited stays text, too.
-            text: format("@"),
+            text: format("@").set_indent(1),
             integer: format("0"),
             number: format(number_pattern(column)),
-            time: format("yyyy-mm-dd hh:mm:ss"),
+            time: format("yyyy-mm-dd hh:mm:ss").set_align(FormatAlign::Left).set_indent(1),
         }
     }
 }
@@ -147,7 +154,7 @@ fn note(column: &Column) -> Note {
 fn width(column: &Column, rows: &[Vec<Value>], place: usize) -> usize {
     let cells = rows.iter().take(MEASURED_ROWS).filter_map(|row| row.get(place));
     let widest = cells.map(|value| shown(value, column)).max().unwrap_or(0);
-    (widest + 1).max(column.name.len() + 4).clamp(WIDTHS.0, WIDTHS.1)
+    (widest + 2).max(column.name.len() + 4).clamp(WIDTHS.0, WIDTHS.1)
 }
 
 /// The characters that a cell takes; letters beyond Latin and Greek count double.
@@ -156,7 +163,7 @@ fn shown(value: &Value, column: &Column) -> usize {
         Value::Missing => 0,
         Value::Text(text) => text.chars().take(WIDTHS.1).map(|c| if c < '\u{1100}' { 1 } else { 2 }).sum(),
         Value::Integer(number) => number.to_string().len(),
-        Value::Number(_) if number_pattern(column) == "General" => 11,
+        Value::Number(_) if number_pattern(column) == "General" => 12,
         Value::Number(number) => format!("{number:.6}").len().min(14),
         Value::Boolean(_) => 5,
         Value::Time(_) => 19,
@@ -166,6 +173,18 @@ fn shown(value: &Value, column: &Column) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::export::dictionary;
+
+    #[test]
+    fn a_table_with_more_rows_than_a_sheet_goes_on_in_the_next() {
+        let facts = (0..5)
+            .map(|number| [Value::Missing, Value::Missing, Value::Integer(number), Value::Missing].to_vec());
+        let sheet = Sheet { table: &dictionary::MACHINE, rows: facts.collect() };
+        let mut workbook = Workbook::new();
+        add(&mut workbook, &sheet, 3).unwrap();
+        let names: Vec<String> = workbook.worksheets().iter().map(Worksheet::name).collect();
+        assert_eq!(names, ["machine", "machine (2)", "machine (3)"], "two rows below each header");
+    }
 
     #[test]
     fn text_is_cut_where_a_cell_ends_and_says_so() {
