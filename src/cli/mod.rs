@@ -6,6 +6,7 @@ mod collect;
 mod compare;
 mod completions;
 mod engine_options;
+mod export;
 mod list;
 mod machine;
 mod measure;
@@ -73,6 +74,8 @@ enum Verb {
     Compare(compare::Compare),
     /// Packs a run with its experiments, scenes and claims into one file for reviewers.
     Archive(archive::Archive),
+    /// Writes a run's tables for spreadsheets, statistics programs and notebooks.
+    Export(export::Export),
     /// Simulates one scene.
     Simulate(Box<simulate::Simulate>),
     /// Prints the JSON Schema of experiment files.
@@ -119,6 +122,7 @@ impl Cli {
             Verb::Report(verb) => verb.run(output),
             Verb::Compare(verb) => verb.run(output),
             Verb::Archive(verb) => verb.run(output),
+            Verb::Export(verb) => verb.run(),
             Verb::Simulate(verb) => verb.run(output),
             Verb::Schema(verb) => verb.run(),
             Verb::Completions(verb) => verb.run(),

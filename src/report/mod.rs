@@ -7,6 +7,7 @@ pub mod claim;
 pub mod compare;
 pub mod compared;
 pub mod effort;
+pub mod export;
 pub mod language_or_layout;
 pub mod manifest;
 mod markdown;

@@ -13,7 +13,7 @@ use crate::report::samples::write_csv;
 
 /// One number of one run. A run without any, since its process failed, is a row too.
 #[derive(Debug, Clone, Serialize)]
-struct ObservationRow<'a> {
+pub struct ObservationRow<'a> {
     schema_version: u32,
     run_id: &'a str,
     mode: &'static str,
@@ -46,7 +46,7 @@ struct ObservationRow<'a> {
 
 /// Where the front of a run was.
 #[derive(Debug, Clone, Serialize)]
-struct FrontRow<'a> {
+pub struct FrontRow<'a> {
     run_id: &'a str,
     experiment_id: &'a str,
     observed_run: &'a str,
@@ -57,23 +57,39 @@ struct FrontRow<'a> {
 
 /// Writes both files; without a row where a run observed nothing.
 pub fn write(measured: &Measured, folder: &Path) -> Result<()> {
-    let (mut rows, mut fronts) = (Vec::new(), Vec::new());
-    for experiment in &measured.info.experiments {
-        for (round, trial) in measured.trials(&experiment.id, Stage::Observed) {
-            rows.extend(numbers(measured, experiment, round, trial));
-            let samples = trial.observation.iter().flat_map(|observation| &observation.front);
-            fronts.extend(samples.map(|sample| FrontRow {
-                run_id: &measured.info.run_id,
-                experiment_id: &experiment.id,
-                observed_run: &trial.subject,
-                round,
-                time_s: sample.time_s,
-                front_p99_m: sample.front_p99_m,
-            }));
-        }
+    write_csv(&folder.join("observations.csv"), &rows(measured))?;
+    write_csv(&folder.join("fronts.csv"), &front_rows(measured))
+}
+
+/// All observed numbers of a run.
+pub fn rows(measured: &Measured) -> Vec<ObservationRow<'_>> {
+    let of_trial = |(experiment, round, trial)| numbers(measured, experiment, round, trial);
+    observed(measured).flat_map(of_trial).collect()
+}
+
+/// Where the fronts of all observed runs were.
+pub fn front_rows(measured: &Measured) -> Vec<FrontRow<'_>> {
+    let mut rows = Vec::new();
+    for (experiment, round, trial) in observed(measured) {
+        let samples = trial.observation.iter().flat_map(|observation| &observation.front);
+        rows.extend(samples.map(|sample| FrontRow {
+            run_id: &measured.info.run_id,
+            experiment_id: &experiment.id,
+            observed_run: &trial.subject,
+            round,
+            time_s: sample.time_s,
+            front_p99_m: sample.front_p99_m,
+        }));
     }
-    write_csv(&folder.join("observations.csv"), &rows)?;
-    write_csv(&folder.join("fronts.csv"), &fronts)
+    rows
+}
+
+/// The trials of all observed runs, with their experiment and round.
+fn observed(measured: &Measured) -> impl Iterator<Item = (&Experiment, usize, &TrialRecord)> {
+    measured.info.experiments.iter().flat_map(|experiment| {
+        let trials = measured.trials(&experiment.id, Stage::Observed);
+        trials.map(move |(round, trial)| (experiment, round, trial))
+    })
 }
 
 fn numbers<'a>(

@@ -81,7 +81,7 @@ struct FigureView {
 
 /// A row of `claims.csv`.
 #[derive(Debug, Serialize)]
-struct ClaimRow<'a> {
+pub struct ClaimRow<'a> {
     mode: &'static str,
     particles: Option<usize>,
     claim: &'a str,
@@ -140,7 +140,7 @@ pub fn write(folder: &Path) -> Result<Written> {
     twin::write(&measured, folder)?;
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
-    write_claims(&measured, &judged, folder)?;
+    samples::write_csv(&folder.join("claims.csv"), &claim_rows(&measured, &judged))?;
     let efforts = effort::of(&measured, folder)?;
     samples::write_csv(&folder.join("effort.csv"), &effort::rows(&measured, &efforts, &judged))?;
     let sections = efforts
@@ -184,8 +184,9 @@ fn write_machine(machine: &Machine, folder: &Path) -> Result<()> {
     samples::write_csv(&folder.join("machine.csv"), &rows)
 }
 
-fn write_claims(measured: &Measured, judged: &[Judged], folder: &Path) -> Result<()> {
-    let rows: Vec<ClaimRow<'_>> = judged
+/// A row a claim and rule.
+pub fn claim_rows<'a>(measured: &Measured, judged: &'a [Judged]) -> Vec<ClaimRow<'a>> {
+    judged
         .iter()
         .map(|j| ClaimRow {
             mode: measured.info.mode.name(),
@@ -204,8 +205,7 @@ fn write_claims(measured: &Measured, judged: &[Judged], folder: &Path) -> Result
             verdict: j.verdict.name(),
             reason: j.verdict.reason(),
         })
-        .collect();
-    samples::write_csv(&folder.join("claims.csv"), &rows)
+        .collect()
 }
 
 /// The claims for people.

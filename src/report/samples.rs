@@ -66,7 +66,7 @@ pub struct SampleRow {
 
 /// One measured step.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct StepRow<'a> {
+pub struct StepRow<'a> {
     run_id: &'a str,
     mode: &'static str,
     experiment_id: &'a str,
@@ -277,6 +277,11 @@ fn phases(windows: &[WindowSample]) -> Vec<(String, u64, f64)> {
 /// Writes both files.
 pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<()> {
     write_csv(&folder.join("samples.csv"), rows)?;
+    write_csv(&folder.join("steps.csv"), &step_rows(measured))
+}
+
+/// A row a measured step of every successful trial.
+pub fn step_rows(measured: &Measured) -> Vec<StepRow<'_>> {
     let mut steps = Vec::new();
     for round in measured.rounds.iter().filter(|round| round.stage != Stage::States) {
         for trial in &round.trials {
@@ -311,7 +316,7 @@ pub fn write(measured: &Measured, rows: &[SampleRow], folder: &Path) -> Result<(
             }
         }
     }
-    write_csv(&folder.join("steps.csv"), &steps)
+    steps
 }
 
 /// Writes rows with a header, whole or not at all; nothing where there are no rows, whose header nobody knows.

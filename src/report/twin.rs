@@ -15,7 +15,7 @@ use crate::report::samples::write_csv;
 
 /// One layout in one trial. A trial without times, since it failed or cannot run here, is two rows, too.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct TwinRow<'a> {
+pub struct TwinRow<'a> {
     schema_version: u32,
     run_id: &'a str,
     mode: &'static str,
@@ -132,15 +132,20 @@ pub fn builds<'a>(
     twins.filter_map(build).collect()
 }
 
-/// Writes the file; none where no experiment of the run has a twin.
-pub fn write(measured: &Measured, folder: &Path) -> Result<()> {
+/// The rows of all twins of a run.
+pub fn rows(measured: &Measured) -> Vec<TwinRow<'_>> {
     let mut rows = Vec::new();
     for experiment in &measured.info.experiments {
         for (round, trial) in measured.trials(&experiment.id, Stage::Twin) {
             rows.extend(trial_rows(measured, &experiment.id, round, trial));
         }
     }
-    write_csv(&folder.join("twin.csv"), &rows)
+    rows
+}
+
+/// Writes the file; none where no experiment of the run has a twin.
+pub fn write(measured: &Measured, folder: &Path) -> Result<()> {
+    write_csv(&folder.join("twin.csv"), &rows(measured))
 }
 
 fn trial_rows<'a>(
