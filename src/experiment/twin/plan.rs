@@ -13,7 +13,7 @@ use crate::experiment::twin::toolchain;
 use crate::scene::{Scene, library};
 
 /// What a pass over both layouts costs in steps of the paper's preset.
-const STEPS_A_PASS: f64 = 0.25;
+const STEPS_A_PASS: f64 = 0.4;
 /// Seconds that a process needs to start, and for each particle that it reads.
 const STARTING_S: f64 = 0.02;
 const READING_S: f64 = 2e-6;
