@@ -46,7 +46,7 @@ pub struct Cli {
 }
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done; 1 a claim fails (only with --strict); 2 the command or a file cannot be used; 3 incomplete: a trial \
+Exit codes: 0 done; 1 a claim fails or a run is slower (only with --strict); 2 the command or a file cannot be used; 3 incomplete: a trial \
 failed, a simulation broke down, blocks are missing or something could not be written; 4 the machine is refused: too busy for \
 the experiment's gate, or not the run's; 5 nothing was measured; 6 no cell of the runs can be compared; 130 interrupted.";
 
