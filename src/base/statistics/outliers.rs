@@ -6,6 +6,9 @@ use super::median;
 /// outliers do not hide one another.
 const DEVIATIONS: f64 = 5.0;
 
+/// The samples below which none is flagged.
+const LEAST: usize = 6;
+
 /// The standard deviation of normal samples over the median of their absolute deviations, and over their mean.
 const PER_MEDIAN_DEVIATION: f64 = 1.4826;
 const PER_MEAN_DEVIATION: f64 = 1.2533;
@@ -15,7 +18,9 @@ const PER_MEAN_DEVIATION: f64 = 1.2533;
 ///
 /// The deviation is 1.4826 times the median absolute one. Where that is zero, since most times are equal to the clock's
 /// last digit, it is 1.2533 times the mean absolute one, as Iglewicz and Hoaglin propose: then one time of six that
-/// is another tick is no outlier, one of thirty is. Nobody stands apart from fewer than three others: none is flagged.
+/// is another tick is no outlier, one of thirty is. Of fewer than six times none is flagged but what is no time: so few
+/// tell nothing about their deviation. Of normal noise, 1.3 % of the samples are flagged in series of six, 0.3 % in series
+/// of thirteen.
 pub fn outliers(times: &[f64]) -> Vec<usize> {
     let logarithms: Vec<f64> = times.iter().map(|time| time.ln()).collect();
     let finite: Vec<f64> = logarithms.iter().copied().filter(|x| x.is_finite()).collect();
@@ -27,7 +32,7 @@ pub fn outliers(times: &[f64]) -> Vec<usize> {
 
 /// The distance from the centre beyond which samples stand apart.
 fn far_from(centre: f64, samples: &[f64]) -> f64 {
-    if samples.len() < 4 {
+    if samples.len() < LEAST {
         return f64::INFINITY;
     }
     let deviations: Vec<f64> = samples.iter().map(|x| (x - centre).abs()).collect();
@@ -87,7 +92,7 @@ mod tests {
     #[test]
     fn what_is_no_time_is_flagged_and_few_times_are_not() {
         assert_eq!(outliers(&[1.0, f64::NAN, 1.1, 0.0, 0.9, -1.0, 1.0, f64::INFINITY]), [1, 3, 5, 7]);
-        assert_eq!(outliers(&[1.0, 1.0, 50.0]), [0usize; 0]);
+        assert_eq!(outliers(&[1.0, 1.1, 0.9, 1.0, 50.0]), [0usize; 0]);
         assert_eq!(outliers(&[]), [0usize; 0]);
     }
 }
