@@ -6,8 +6,6 @@ use crate::report::export::dictionary::{FIGURE4, TABLE2};
 use crate::report::export::sheet::Sheet;
 use crate::report::export::value::Value;
 
-const PAPER: &str = "paper";
-
 /// The charts that the run has numbers for.
 pub fn charts(sheets: &[Sheet]) -> Vec<Block> {
     let named = |name: &str| sheets.iter().find(|sheet| sheet.table.name == name && is_measured(sheet));
@@ -16,9 +14,14 @@ pub fn charts(sheets: &[Sheet]) -> Vec<Block> {
     charts
 }
 
+/// Whether a row is the paper's; a machine may be called anything, a mode may not.
+fn is_published(sheet: &Sheet, row: &[Value]) -> bool {
+    sheet.text(row, "mode") == "published"
+}
+
 /// Whether a table says more than the paper.
 fn is_measured(sheet: &Sheet) -> bool {
-    sheet.rows.iter().any(|row| sheet.text(row, "source") != PAPER)
+    sheet.rows.iter().any(|row| !is_published(sheet, row))
 }
 
 /// What a preset is called in a chart.
@@ -57,7 +60,7 @@ impl Bar {
     /// paper's parts are as printed.
     fn of(sheet: &Sheet, total: &[Value]) -> Option<Bar> {
         let same = |row: &&Vec<Value>| {
-            ["source", "distance_test", "row"]
+            ["mode", "distance_test", "row"]
                 .iter()
                 .all(|name| sheet.cell(row, name) == sheet.cell(total, name))
         };
@@ -67,7 +70,7 @@ impl Bar {
         };
         let (cg, value) = (part("cg")?, sheet.number(total, "value")?);
         let search = short(sheet.text(total, "row"));
-        if sheet.text(total, "source") == PAPER {
+        if is_published(sheet, total) {
             let name = format!("paper: {search}");
             return Some(Bar { name, inside: plain(cg), outside: plain(part("non_cg")?) });
         }
@@ -120,8 +123,7 @@ fn points(
     preset: &str,
     [median, low, high]: [&str; 3],
 ) -> Vec<Option<Point>> {
-    let measured =
-        |row: &&Vec<Value>| sheet.text(row, "source") != PAPER && sheet.text(row, "preset") == preset;
+    let measured = |row: &&Vec<Value>| !is_published(sheet, row) && sheet.text(row, "preset") == preset;
     let at = |threads: f64| {
         let of_preset = sheet.rows.iter().filter(measured);
         let row = of_preset.into_iter().find(|row| sheet.number(row, "threads") == Some(threads))?;
@@ -181,7 +183,7 @@ fn published(sheet: &Sheet, threads: &[f64], whole: bool) -> Curve {
     let (name, column) =
         if whole { ("whole run", "total_speed_up") } else { ("outside CG", "non_cg_speed_up") };
     let at = |threads: &f64| {
-        let row = sheet.rows.iter().find(|row| sheet.text(row, "source") == PAPER)?;
+        let row = sheet.rows.iter().find(|row| is_published(sheet, row))?;
         let there = sheet.number(row, "threads") == Some(*threads);
         sheet.number(row, column).filter(|_| there).map(plain)
     };
