@@ -166,11 +166,11 @@ fn a_cancelled_block_is_missing_until_it_is_submitted_again() {
     plain_run(&experiment, &plain);
     assert_eq!(essence(&folder), essence(&plain));
     assert!(!place.path().join("owned").exists());
-    assert!(fs::read_dir(folder.join("logs")).unwrap().count() >= 7, "a log a job and task");
+    assert!(fs::read_dir(folder.join("slurm/logs")).unwrap().count() >= 7, "a log a job and task");
 }
 
 /// All that jobs said.
 fn logs(folder: &Path) -> String {
-    let logs = fs::read_dir(folder.join("logs")).into_iter().flatten().flatten();
+    let logs = fs::read_dir(folder.join("slurm/logs")).into_iter().flatten().flatten();
     logs.map(|entry| fs::read_to_string(entry.path()).unwrap_or_default()).collect()
 }

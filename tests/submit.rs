@@ -75,7 +75,8 @@ fn a_shell_reads_the_printed_commands_as_they_are_meant() {
         has(call, "--partition=a b$(touch owned)");
         has(call, name);
         assert!(
-            call.iter().any(|word| word.starts_with(&format!("--output={}/logs/", name.replace('%', "%%"))))
+            call.iter()
+                .any(|word| word.starts_with(&format!("--output={}/slurm/logs/", name.replace('%', "%%"))))
         );
     }
     for (call, list, offset) in [(&calls[1], "--array=0-3%2", "0"), (&calls[2], "--array=0%2", "4")] {

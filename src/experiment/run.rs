@@ -322,7 +322,7 @@ fn clear(folder: &Path) -> Result<()> {
             fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
     }
-    for name in ["rounds", "states", "logs", "tables", "figures", "slurm"] {
+    for name in ["rounds", "states", "logs", "tables", "figures", "slurm", "export"] {
         let path = folder.join(name);
         if path.is_dir() {
             fs::remove_dir_all(&path).with_context(|| format!("cannot remove {}", path.display()))?;

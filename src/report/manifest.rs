@@ -38,7 +38,7 @@ fn belongs(file: &str) -> bool {
         || file == TABLE
         || file == LAST_FILE
         || is_leftover(file)
-        || file.starts_with("states/"))
+        || ["states/", "slurm/", "export/"].iter().any(|folder| file.starts_with(folder)))
 }
 
 fn entry(folder: &Path, file: String) -> Result<Entry> {

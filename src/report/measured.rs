@@ -9,9 +9,10 @@ use serde::Deserialize;
 use crate::base::statistics::Estimate;
 use crate::engine::phase::Phase;
 use crate::engine::preset::Preset;
-use crate::experiment::cluster::blocks::{Block, blocks};
+use crate::experiment::cluster::blocks::Block;
 use crate::experiment::foreign;
 use crate::experiment::machine::{self, Machine};
+use crate::experiment::progress::{StageProgress, progress};
 use crate::experiment::record::{
     Observation, Outcome, RoundRecord, Stage, Status, TrialRecord, Variant, WindowSample,
 };
@@ -245,18 +246,16 @@ impl Measured {
         digests.into_iter().filter(|(_, found)| found.len() > 1).map(|(run, _)| run.to_string()).collect()
     }
 
-    /// Rounds of an experiment that an unfinished run lacks.
+    /// Rounds of an experiment that an unfinished run lacks; where their number is not fixed, the next one of a stage.
     pub fn missing(&self, experiment: &str) -> Vec<Block> {
         if self.info.finished_utc.is_some() {
             return Vec::new();
         }
-        let recorded = |block: &Block| {
-            self.rounds
-                .iter()
-                .any(|r| (&r.experiment, r.stage, r.round) == (&block.experiment, block.stage, block.round))
+        let stages = progress(&self.info, &self.rounds).into_iter().filter(|p| p.experiment == experiment);
+        let blocks = |StageProgress { experiment, stage, missing, .. }: StageProgress| {
+            missing.into_iter().map(move |round| Block { experiment: experiment.clone(), stage, round })
         };
-        let all = blocks(&self.info.experiments, self.info.mode).into_iter();
-        all.filter(|block| block.experiment == experiment && !recorded(block)).collect()
+        stages.flat_map(blocks).collect()
     }
 
     /// Particles of an experiment's timed trials, where they all have as many.

@@ -54,7 +54,7 @@ impl Batch<'_> {
     /// Writes the scripts into the run folder, and makes room for the jobs' logs.
     pub fn write_scripts(&self) -> Result<()> {
         let folder = Path::new(self.folder);
-        for name in ["slurm", "logs"] {
+        for name in ["slurm", "slurm/logs"] {
             std::fs::create_dir_all(folder.join(name)).with_context(|| format!("cannot create {name}"))?;
         }
         for (name, text) in [("first.sh", FIRST_SCRIPT), ("block.sh", BLOCK_SCRIPT)] {
@@ -103,7 +103,7 @@ impl Batch<'_> {
         arguments.extend(options.account.iter().map(|name| format!("--account={name}")));
         arguments.push(format!("--chdir={}", self.working_folder));
         // Slurm would take `%j` in the folder's own name for a job's number.
-        arguments.push(format!("--output={}/logs/{log}", self.folder.replace('%', "%%")));
+        arguments.push(format!("--output={}/slurm/logs/{log}", self.folder.replace('%', "%%")));
         arguments
     }
 
@@ -177,7 +177,8 @@ mod tests {
         let arguments = batch(&options, "/r/a%jb").array(&array, "9");
         let expected =
             ["--array=2,5-7%4", "--exclusive", "--time=9", "--partition=short", "--account=lab $(x)"];
-        for word in expected.into_iter().chain(["--nodes=1", "--output=/r/a%%jb/logs/slurm-%A_%a.log"]) {
+        for word in expected.into_iter().chain(["--nodes=1", "--output=/r/a%%jb/slurm/logs/slurm-%A_%a.log"])
+        {
             assert!(arguments.iter().any(|argument| argument == word), "{word} is not among {arguments:?}");
         }
         assert_eq!(arguments[0], "--constraint=epyc", "what the program needs comes later and wins");
