@@ -162,7 +162,11 @@ fn a_machine_that_is_too_busy_is_4() {
     let stop = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         for _ in 0..3 * cores {
-            scope.spawn(|| while !stop.load(std::sync::atomic::Ordering::Relaxed) {});
+            scope.spawn(|| {
+                while !stop.load(std::sync::atomic::Ordering::Relaxed) {
+                    std::hint::spin_loop();
+                }
+            });
         }
         while pressure().is_none_or(|found| found < 1.0) {
             std::thread::sleep(std::time::Duration::from_millis(200));

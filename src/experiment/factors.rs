@@ -212,8 +212,11 @@ impl Factors {
 struct Axis<'a> {
     setting: Setting,
     length: usize,
-    set: Box<dyn Fn(&mut Variant, usize) + 'a>,
+    set: Change<'a>,
 }
+
+/// Gives a variant the value of that place in a list.
+type Change<'a> = Box<dyn Fn(&mut Variant, usize) + 'a>;
 
 fn axis<'a, T: Clone>(setting: Setting, values: &'a [T], set: impl Fn(&mut Variant, T) + 'a) -> Axis<'a> {
     let set = move |variant: &mut Variant, k: usize| set(variant, values[k].clone());
