@@ -40,6 +40,13 @@ impl Rounds {
         }
     }
 
+    pub fn in_words(self) -> String {
+        match (self.least(), self.most()) {
+            (least, most) if least == most => format!("{most} rounds"),
+            (least, most) => format!("{least} to {most} rounds"),
+        }
+    }
+
     pub fn least(self) -> usize {
         match self {
             Rounds::Fixed(count) => count,

@@ -147,7 +147,7 @@ fn how_measured(measured: &Measured, id: &str) -> String {
     let here = paired(measured.info.mode).map_or(String::new(), |p| format!(", {}", extent(p)));
     let full = paired(Mode::Full).filter(|_| measured.info.mode != Mode::Full);
     let left = full.map_or(String::new(), |p| {
-        format!(" Left to the full mode: {} rounds, {}.", p.rounds.most(), extent(p))
+        format!(" Left to the full mode: {}, {}.", p.rounds.in_words(), extent(p))
     });
     format!(
         "Numbers are from paired trials: each process computes the same steps with all variants in turn{here}; {} rounds, \
