@@ -258,3 +258,53 @@ fn a_second_process_on_a_run_is_refused() {
     let (_, output) = run(place.path(), "run", &experiment, &[]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+/// A folder that can no longer be written ends the run with 3; nothing is made up, and the run goes on when it can be again.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_lost_on_the_way_is_3() {
+    let place = tempfile::tempdir().unwrap();
+    let experiment = place.path().join("small.toml");
+    fs::write(&experiment, SMALL.replace('%', "").replace("rounds = 6", "rounds = 40")).unwrap();
+    let experiment = experiment.to_str().unwrap();
+    let folder = place.path().join("run");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_repro"))
+        .args(["run", experiment, "--quick", "--output", folder.to_str().unwrap()])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let rounds = folder.join("rounds");
+    while !rounds.join("small-paired-001.json").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let aside = place.path().join("aside");
+    fs::rename(&rounds, &aside).unwrap();
+    fs::write(&rounds, "not a folder").unwrap();
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(3));
+    fs::remove_file(&rounds).unwrap();
+    fs::rename(&aside, &rounds).unwrap();
+    let (_, output) = run(place.path(), "run", experiment, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let paired = fs::read_dir(&rounds).unwrap().flatten();
+    let paired = paired.filter(|entry| entry.file_name().to_string_lossy().contains("paired"));
+    assert_eq!(paired.count(), 40);
+}
+
+/// Times of day are labels: a clock that jumps between two rounds changes no number.
+#[test]
+fn a_clock_that_jumps_changes_nothing() {
+    let place = tempfile::tempdir().unwrap();
+    let experiment = write(place.path(), "small.toml", "");
+    let (folder, output) = run(place.path(), "run", &experiment, &[]);
+    assert!(output.status.success());
+    let summary = || fs::read_to_string(folder.join("summary.csv")).unwrap();
+    let before = summary();
+    let round = folder.join("rounds/small-paired-003.json");
+    let mut record: serde_json::Value = serde_json::from_slice(&fs::read(&round).unwrap()).unwrap();
+    record["trials"][0]["started_utc"] = "1970-01-01T00:00:00Z".into();
+    fs::write(&round, serde_json::to_vec(&record).unwrap()).unwrap();
+    ends_with(0, &["report", folder.to_str().unwrap()]);
+    assert_eq!(summary(), before);
+}

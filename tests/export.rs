@@ -17,7 +17,7 @@ use serde_json::Value;
 use workbook::{Cell, Workbook};
 
 /// The tables of an export, in their order.
-const TABLES: [&str; 12] = [
+const TABLES: [&str; 14] = [
     "claims",
     "table2",
     "figure4",
@@ -26,6 +26,8 @@ const TABLES: [&str; 12] = [
     "steps",
     "observations",
     "fronts",
+    "twin",
+    "effort",
     "experiments",
     "machine",
     "run",
@@ -132,6 +134,7 @@ fn is_a(cell: &str, kind: &str, decimal: &str) -> bool {
             (decimal == "." || !cell.contains('.'))
                 && cell.replace(decimal, ".").parse::<f64>().is_ok_and(f64::is_finite)
         }
+        "boolean" => matches!(cell, "true" | "false"),
         "datetime" => cell.len() == 20 && cell.ends_with('Z'),
         "string" | "any" => true,
         _ => false,
@@ -222,6 +225,7 @@ fn the_workbook_has_typed_cells_that_equal_the_csv() {
                     Some(Cell::Text(found)) => found == *text,
                     Some(Cell::Number(found)) => text.parse::<f64>().is_ok_and(|exact| exact == found),
                     Some(Cell::Time(found)) => found == *text,
+                    Some(Cell::Boolean(found)) => found.to_string() == *text,
                 };
                 assert!(same, "{name}.{}: {text} became {:?}", expected.header[place], row.get(place));
             }
@@ -265,11 +269,12 @@ fn the_workbook_draws_table_2_and_figure_4() {
 }
 
 /// Whether a cell that another program read says what the CSV says: numbers to 15 digits and, as LibreOffice writes them,
-/// 19 decimals; times without letters.
+/// 19 decimals; times without letters, truth values in capitals.
 fn agrees(found: &str, exact: &str) -> bool {
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * b.abs() + 1e-19;
     let numbers = (found.parse::<f64>(), exact.parse::<f64>());
     found == exact
+        || found == exact.to_uppercase() && matches!(exact, "true" | "false")
         || matches!(numbers, (Ok(a), Ok(b)) if close(a, b))
         || format!("{}Z", found.replace(' ', "T")) == exact
 }
@@ -325,6 +330,7 @@ fn libreoffice_takes_no_text_of_a_spreadsheet_csv_for_anything_else() {
                         Some(Cell::Text(found)) => found == *text && exact.parse::<f64>().is_err(),
                         Some(Cell::Number(found)) => agrees(&found.to_string(), exact),
                         Some(Cell::Time(found)) => found == *exact,
+                        Some(Cell::Boolean(found)) => found.to_string() == *exact,
                     };
                     let number_as_text =
                         text.starts_with('\'') && row[place] == Some(Cell::Text(text.clone()));
@@ -413,6 +419,7 @@ fn a_run_folder_does_not_lead_out_of_itself() {
     assert_eq!(code, Some(2), "{complaint}");
     assert!(complaint.contains("is a link"), "{complaint}");
     assert_eq!(fs::read_dir(&elsewhere).unwrap().count(), 0);
+    fs::remove_file(run.join("export")).unwrap();
     fixture::change(&run.join("run.json"), |info| info["run_id"] = "../../elsewhere/x".into());
     let out = place.path().join("out");
     let (code, printed, complaint) = export(&run, &["--xlsx", "--output", out.to_str().unwrap()]);

@@ -14,6 +14,7 @@ pub enum Cell {
     Number(f64),
     /// A number that is shown as a time, as ISO 8601.
     Time(String),
+    Boolean(bool),
 }
 
 /// The parts of a workbook, by their path.
@@ -69,6 +70,7 @@ impl Workbook {
                 let style = cell.attribute("s").and_then(|style| style.parse().ok()).unwrap_or(0);
                 cells.push(Some(match cell.attribute("t").filter(|kind| *kind != "n") {
                     Some("s") => Cell::Text(strings[value.parse::<usize>().unwrap()].clone()),
+                    Some("b") => Cell::Boolean(value == "1"),
                     None if times.contains(&style) => Cell::Time(time(value.parse().unwrap())),
                     None => Cell::Number(value.parse().unwrap()),
                     other => panic!("a cell of type {other:?}"),
