@@ -70,3 +70,21 @@ fn rounds_that_cannot_be_are_refused() {
         assert!(code == 2 && text.contains(words), "{rounds}: {text}");
     }
 }
+
+/// More rounds than the rule needs, as a cancelled array of a cluster leaves them, make a run no less complete.
+#[test]
+fn rounds_beyond_the_needed_ones_do_no_harm() {
+    let place = tempfile::tempdir().unwrap();
+    assert_eq!(recorded(place.path(), "{ min = 6, max = 30, target_interval = 1e6 }"), 9);
+    let folder = place.path().join("run");
+    for round in 9..11 {
+        let name = |round: usize| folder.join(format!("rounds/adaptive-paired-{round:03}.json"));
+        let text = fs::read_to_string(name(8)).unwrap().replace("\"round\":8", &format!("\"round\":{round}"));
+        fs::write(name(round), text).unwrap();
+    }
+    let folder = folder.to_str().unwrap();
+    for verb in ["status", "report"] {
+        let (code, text) = repro(&[verb, folder]);
+        assert_eq!(code, 0, "{verb}: {text}");
+    }
+}

@@ -26,7 +26,8 @@ pub struct Collect {
 /// What is there of a run, and what is missing.
 #[derive(Debug, Serialize)]
 struct Gathering<'a> {
-    report: Shown<'a>,
+    /// `None` before the first job has begun.
+    report: Option<Shown<'a>>,
     recorded: usize,
     missing: usize,
     /// By experiment and stage.
@@ -37,14 +38,15 @@ impl Collect {
     pub fn run(self, output: Output) -> Result<Exit> {
         Submission::read(&self.run)?;
         if !self.run.join("run.json").is_file() {
-            let nothing = "nothing is there yet: the first job has not begun";
-            output.show(&nothing, |out| writeln!(out, "{nothing}"))?;
+            let nothing = Gathering { report: None, recorded: 0, missing: 0, missing_rounds: Vec::new() };
+            output
+                .show(&nothing, |out| writeln!(out, "nothing is there yet: the first job has not begun"))?;
             return Ok(Exit::NothingMeasured);
         }
         let gathered = gather(&self.run)?;
         let written = page::write(&self.run)?;
         let gathering = Gathering {
-            report: Shown::of(&written),
+            report: Some(Shown::of(&written)),
             recorded: gathered.recorded,
             missing: gathered.missing.len(),
             missing_rounds: in_words(&gathered.missing),

@@ -106,8 +106,7 @@ impl Shown {
             writeln!(
                 out,
                 "{experiment} {stage} round {} trial {}: {threads} thread(s), {estimate_s:.1} s: {cells}",
-                round + 1,
-                position + 1
+                round, position
             )?;
         }
         let minutes = self.estimate_s / 60.0;

@@ -46,12 +46,16 @@ impl Status {
             }
             writeln!(out, "{}", in_words(&shown))
         })?;
-        Ok(if complete { Exit::Done } else { Exit::Incomplete })
+        Ok(match (shown.stages.is_empty(), complete) {
+            (true, _) => Exit::NothingMeasured,
+            (_, true) => Exit::Done,
+            _ => Exit::Incomplete,
+        })
     }
 }
 
 fn line(stage: &StageProgress) -> String {
-    let missing: Vec<String> = stage.missing.iter().map(|round| (round + 1).to_string()).collect();
+    let missing: Vec<String> = stage.missing.iter().map(|round| round.to_string()).collect();
     let missing = if stage.complete { "none".to_string() } else { format!("round {}", missing.join(", ")) };
     format!(
         "{:<16} {:<9} {:>8} {:>6} {:>6}  {missing}",
@@ -66,6 +70,9 @@ fn line(stage: &StageProgress) -> String {
 fn in_words(shown: &Shown<'_>) -> &'static str {
     let failed = shown.stages.iter().any(|stage| stage.failed_trials > 0);
     let missing = shown.stages.iter().any(|stage| !stage.complete);
+    if shown.stages.is_empty() {
+        return "nothing to measure: no cell of the experiments is asked for or can run here";
+    }
     match (missing, failed) {
         (true, _) => "incomplete: the same command with this `--output` goes on",
         (false, true) => {

@@ -77,6 +77,7 @@ impl Submit {
         let outstanding = Outstanding::find(&place, &submission)?;
         if outstanding.is_nothing() {
             eprintln!("nothing is missing: `repro collect {}`", quoted(&self.output.to_string_lossy()));
+            output.show(&Vec::<String>::new(), |_| Ok(()))?;
             return Ok(Exit::Done);
         }
         batch.write_scripts()?;

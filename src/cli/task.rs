@@ -27,6 +27,7 @@ impl Task {
         let ended = match ended {
             Ended::Recorded => "is recorded",
             Ended::WasThere => "was there already",
+            Ended::NotApplicable => "has no cell that can run here",
             Ended::Elsewhere => "is being run by another task",
         };
         writeln!(out, "block {number}, {block}, {ended}")?;

@@ -59,11 +59,16 @@ pub fn run(request: &impl Serialize, limit: Duration, tick: impl Fn(Duration)) -
     let _ = input.write_all(&text);
     drop(input);
     let (sender, receiver) = channel();
-    let reader = std::thread::spawn(move || {
-        let (mut answer, mut complaint) = (Vec::new(), Vec::new());
-        let read = output.read_to_end(&mut answer).is_ok();
+    // Both at once: a child that fills one pipe waits until it is emptied.
+    let listener = std::thread::spawn(move || {
+        let mut complaint = Vec::new();
         let _ = errors.read_to_end(&mut complaint);
-        let _ = sender.send((read, answer, String::from_utf8_lossy(&complaint).into_owned()));
+        String::from_utf8_lossy(&complaint).into_owned()
+    });
+    let reader = std::thread::spawn(move || {
+        let mut answer = Vec::new();
+        let read = output.read_to_end(&mut answer).is_ok();
+        let _ = sender.send((read, answer, listener.join().unwrap_or_default()));
     });
     let began = Instant::now();
     let (read, answer, complaint) = loop {

@@ -1,6 +1,6 @@
 //! Runs the rounds that are missing, each trial in a fresh process.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -35,7 +35,7 @@ pub enum Failed {
 
 /// Runs every round of `plan` that `folder` does not hold yet, in order.
 pub fn execute(plan: &Plan, folder: &Path, failed: Failed) -> Result<()> {
-    let mut execution = Execution::new(plan, folder, failed);
+    let mut execution = Execution::new(plan, folder, failed)?;
     for round in &plan.rounds {
         if execution.is_needed(round) {
             execution.complete(round)?;
@@ -49,12 +49,33 @@ pub fn execute(plan: &Plan, folder: &Path, failed: Failed) -> Result<()> {
 
 /// Runs those rounds alone that are `wanted`, whether or not the ones before them would be enough.
 pub fn execute_only(plan: &Plan, folder: &Path, wanted: impl Fn(&PlannedRound) -> bool) -> Result<()> {
-    let mut execution = Execution::new(plan, folder, Failed::Keep);
+    let mut execution = Execution::new(plan, folder, Failed::Keep)?;
     for round in plan.rounds.iter().filter(|round| wanted(round)) {
         execution.complete(round)?;
     }
     execution.progress.finish_and_clear();
     Ok(())
+}
+
+/// The states, by their place in the plan, from which rounds start that are not recorded or are to run again.
+fn needed_states(plan: &Plan, folder: &Path, failed: Failed) -> Result<BTreeSet<usize>> {
+    let mut needed = BTreeSet::new();
+    for round in &plan.rounds {
+        let experiment = &plan.experiments[round.experiment];
+        let path = RoundRecord::path(folder, &experiment.spec.id, round.stage, round.round);
+        let retried =
+            || -> Result<bool> { Ok(failed == Failed::Retry && RoundRecord::read(&path)?.has_failures()) };
+        if path.is_file() && !retried()? {
+            continue;
+        }
+        let groups = round.trials.iter().filter_map(|trial| match &trial.work {
+            Work::Timed(timed) if round.stage == Stage::Paired => Some(timed.group),
+            Work::Twin(work) => Some(work.group),
+            Work::Timed(_) | Work::Observed(_) => None,
+        });
+        needed.extend(groups.map(|group| experiment.groups[group].states));
+    }
+    Ok(needed)
 }
 
 /// A bar over the plan's estimate, on standard error and only where that is a terminal.
@@ -78,21 +99,24 @@ struct Execution<'a> {
     known: Vec<BTreeMap<usize, String>>,
     /// What is recorded of each stage, by experiment: what decides whether it needs more rounds.
     done: BTreeMap<(usize, Stage), Vec<RoundRecord>>,
+    /// Which of the plan's states a round that is to run starts from.
+    needed: BTreeSet<usize>,
     /// The twin's programs in C.
     toolchain: Toolchain,
 }
 
 impl<'a> Execution<'a> {
-    fn new(plan: &'a Plan, folder: &'a Path, failed: Failed) -> Self {
-        Execution {
+    fn new(plan: &'a Plan, folder: &'a Path, failed: Failed) -> Result<Self> {
+        Ok(Execution {
             plan,
             folder,
             failed,
             progress: progress_bar(plan),
             known: plan.states.iter().map(|_| BTreeMap::new()).collect(),
             done: BTreeMap::new(),
+            needed: needed_states(plan, folder, failed)?,
             toolchain: Toolchain::default(),
-        }
+        })
     }
 
     /// Whether the rounds before this one leave anything to find out.
@@ -141,10 +165,13 @@ impl<'a> Execution<'a> {
         (place, &self.plan.states[place])
     }
 
-    /// Whether a recorded round that left states still has them.
+    /// Whether a recorded round that left states still has them, or nothing that is to run needs them.
     fn states_are_there(&self, round: &PlannedRound) -> bool {
         round.trials.iter().all(|trial| match &trial.work {
-            Work::Timed(timed) if timed.saves_states => self.states_of(timed, round).1.are_in(self.folder),
+            Work::Timed(timed) if timed.saves_states => {
+                let (place, states) = self.states_of(timed, round);
+                !self.needed.contains(&place) || states.are_in(self.folder)
+            }
             _ => true,
         })
     }
@@ -165,7 +192,7 @@ impl<'a> Execution<'a> {
 
     fn run_round(&mut self, round: &PlannedRound) -> Result<RoundRecord> {
         let spec = &self.plan.experiments[round.experiment].spec;
-        let (id, stage, number) = (&spec.id, round.stage.name(), round.round + 1);
+        let (id, stage, number) = (&spec.id, round.stage.name(), round.round);
         let gate = spec.gate.filter(|_| round.stage != Stage::States);
         let warning = gate.map(|gate| gate.pass(cpu_pressure)).transpose()?.flatten();
         let (mut trials, mut log) = (Vec::new(), String::new());

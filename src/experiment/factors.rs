@@ -1,6 +1,6 @@
 //! Timed cells: every combination of the values that a group of factors lists.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -128,7 +128,10 @@ impl Factors {
             check_list(check, &key("cg_tolerance"), &self.cg_tolerance, true)?;
         }
         self.check_zip(check, &key("zip"))?;
+        let mut labels = BTreeSet::new();
         for variant in variants {
+            let allowed = "each combination may stand there once";
+            check.require(labels.insert(variant.label()), &key("zip"), variant.label(), allowed)?;
             let search = variant.options(check.file)?.search;
             let allowed = "its sums run in another order, so its end state differs from the other searches'";
             check.require(search != Search::BruteForce, &key("preset"), &variant.preset, allowed)?;

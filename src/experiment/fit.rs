@@ -16,6 +16,7 @@ use crate::experiment::run::RunInfo;
 use crate::experiment::selection::CellSettings;
 use crate::experiment::spec::{Experiment, Mode, Paired};
 use crate::experiment::twin;
+use crate::experiment::twin::outcome::{Language, TwinCell};
 
 /// Seconds, some thirty years: longer than anything here takes, so that sums of times stay finite.
 const LONGEST_S: f64 = 1e9;
@@ -29,6 +30,9 @@ pub(super) struct Cell {
     threads: usize,
     /// `None` where any one variant will do.
     variants: Option<Vec<Variant>>,
+    /// The distance test of the twin's loop in Rust: which processors that was compiled for is the recording program's
+    /// affair, and no part of the plan.
+    rust_twin: Option<String>,
 }
 
 impl RunInfo {
@@ -119,6 +123,7 @@ pub(super) fn planned_cells(
                 subject: run.id,
                 threads: usable.threads,
                 variants: Some(vec![run.variant]),
+                rust_twin: None,
             };
             experiment.observed_runs(mode).into_iter().map(cell).collect()
         }
@@ -132,7 +137,7 @@ fn states_cell(experiment: &Experiment, mode: Mode, usable: Usable, place: usize
     let names = experiment.groups(mode).map(|group| group.name.as_str());
     let twin = experiment.twin.iter().map(|_| twin::plan::GROUP);
     let subject = names.chain(twin).nth(place)?.to_string();
-    Some(Cell { subject, threads: usable.threads, variants: None })
+    Some(Cell { subject, threads: usable.threads, variants: None, rust_twin: None })
 }
 
 /// Cells of every group and number of threads that the machine has, as `choices` puts their variants together.
@@ -154,7 +159,12 @@ fn timed_cells(
                 continue;
             }
             let subject = &group.name;
-            let cell = |variants| Cell { subject: subject.clone(), threads, variants: Some(variants) };
+            let cell = |variants| Cell {
+                subject: subject.clone(),
+                threads,
+                variants: Some(variants),
+                rust_twin: None,
+            };
             cells.extend(choices(variants).into_iter().map(cell));
         }
     }
@@ -166,7 +176,8 @@ fn twin_cells(experiment: &Experiment, usable: Usable) -> Vec<Cell> {
     let mut cells = Vec::new();
     for program in twin.cells() {
         for threads in twin.thread_counts(usable) {
-            cells.push(Cell { subject: program.label(), threads, variants: Some(Vec::new()) });
+            let rust_twin = (program.language == Language::Rust).then(|| program.distance_test.clone());
+            cells.push(Cell { subject: program.label(), threads, variants: Some(Vec::new()), rust_twin });
         }
     }
     cells
@@ -178,7 +189,15 @@ impl Cell {
             Some(variants) => trial.variants == *variants,
             None => trial.variants.len() == 1,
         };
-        same && trial.subject == self.subject && trial.threads == self.threads
+        same && self.names(trial) && trial.threads == self.threads
+    }
+
+    fn names(&self, trial: &TrialRecord) -> bool {
+        let Some(test) = &self.rust_twin else {
+            return trial.subject == self.subject;
+        };
+        let is_rust = |cell: &TwinCell| cell.language == Language::Rust && cell.distance_test == *test;
+        trial.twin.as_ref().is_some_and(|twin| is_rust(&twin.cell) && twin.cell.label() == trial.subject)
     }
 }
 

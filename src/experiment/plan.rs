@@ -130,7 +130,7 @@ impl Plan {
 
     /// Seconds that all rounds will take.
     pub fn estimate_s(&self) -> f64 {
-        self.rounds.iter().map(PlannedRound::estimate_s).sum()
+        self.rounds.iter().map(PlannedRound::estimate_s).fold(0.0, |sum, next| sum + next)
     }
 }
 

@@ -40,7 +40,10 @@ pub fn progress(info: &RunInfo, rounds: &[RoundRecord]) -> Vec<StageProgress> {
             recorded.sort_by_key(|round| round.round);
             let there = |number: usize| recorded.iter().any(|round| round.round == number);
             let first_gap = (0..planned.most()).find(|&number| !there(number)).unwrap_or(planned.most());
-            let complete = planned.are_enough(&recorded[..first_gap.min(recorded.len())]);
+            let unbroken = &recorded[..first_gap.min(recorded.len())];
+            // A stage ends at the first round that is enough; rounds beyond it, as nodes of a cluster leave, add to it.
+            let complete =
+                (planned.least()..=unbroken.len()).any(|count| planned.are_enough(&unbroken[..count]));
             let missing = match complete {
                 true => Vec::new(),
                 false if planned.least() == planned.most() => {

@@ -1,6 +1,6 @@
 //! What measuring leaves behind: the outcome of each trial, and rounds of trials as files.
 //!
-//! A round is the unit that is completed, written and resumed. Its file is written whole and never again; all tables
+//! A round is the unit that is completed, written and resumed. Its file is written whole, and replaced only as a whole; all tables
 //! are derived from these files.
 
 use std::collections::BTreeMap;

@@ -15,7 +15,7 @@ use crate::experiment::factors::Usable;
 use crate::experiment::foreign;
 use crate::experiment::machine::{Machine, Reading};
 use crate::experiment::plan::{Group, Plan, PlannedExperiment};
-use crate::experiment::record::SCHEMA;
+use crate::experiment::record::{RoundRecord, SCHEMA};
 use crate::experiment::spec::{Experiment, Mode};
 use crate::scene::Scene;
 
@@ -55,6 +55,8 @@ pub enum Existing {
     Resume,
     /// The same, and rounds in which a trial failed are run again, in a finished run too.
     RetryFailed,
+    /// An unfinished run of the same plan goes on, and a finished one of which rounds were removed does.
+    Reopen,
     /// A run that is there is removed first.
     Fresh,
 }
@@ -126,11 +128,12 @@ impl Run {
                 return Err(refused(folder, what.to_string()).into());
             }
             let finished = found.finished_utc.is_some() && folder.join(LAST_FILE).is_file();
-            if finished && existing != Existing::RetryFailed {
+            if finished && matches!(existing, Existing::Resume | Existing::Fresh) {
                 return Err(refused(folder, "holds a finished run".to_string()).into());
             }
             info = found;
-            if existing == Existing::RetryFailed {
+            let reopened = existing == Existing::Reopen;
+            if reopened || existing == Existing::RetryFailed && has_failures(folder)? {
                 info.finished_utc = None;
                 info.write(folder)?;
             }
@@ -252,6 +255,18 @@ impl RunInfo {
         write_whole(&path, &serde_json::to_vec_pretty(self)?)
             .with_context(|| format!("cannot write {}", path.display()))
     }
+}
+
+/// Whether a trial failed in any recorded round.
+fn has_failures(folder: &Path) -> Result<bool> {
+    let names = fs::read_dir(folder.join("rounds")).context("cannot list the rounds")?.flatten();
+    let paths = names.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == "json"));
+    for path in paths {
+        if RoundRecord::read(&path)?.has_failures() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// What a plan's identity depends on beside the experiments' own text: scene files, and the machine's thread counts.

@@ -144,10 +144,16 @@ impl Selection {
                 let number = matches!(value, Scalar::Number(_));
                 let allowed = if setting.is_number() { "allowed are numbers" } else { "allowed are texts" };
                 check.require(number == setting.is_number(), &key, value, allowed)?;
+                let finite = !matches!(value, Scalar::Number(number) if !number.is_finite());
+                check.require(finite, &key, value, "allowed are finite numbers")?;
             }
         }
         Ok(())
     }
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
 /// One setting and its values, as in `threads=1,2`.
@@ -164,7 +170,7 @@ impl FromStr for Selection {
             .find(|setting| setting.name() == name)
             .ok_or_else(|| format!("`{name}` is no setting; allowed are {}", known()))?;
         let value = |text: &str| match setting.is_number() {
-            true => text.parse().map(Scalar::Number).map_err(|_| format!("`{text}` is no number")),
+            true => number(text).map(Scalar::Number).ok_or_else(|| format!("`{text}` is no number")),
             false => Ok(Scalar::Text(text.to_string())),
         };
         let values = values.split(',').map(value).collect::<Result<Vec<_>, _>>()?;
@@ -188,9 +194,9 @@ mod tests {
 
     #[test]
     fn what_is_no_setting_is_refused_with_those_that_are() {
-        for text in ["threads", "cores=2", "threads=many"] {
+        for text in ["threads", "cores=2", "threads=many", "threads=nan", "cg_tolerance=inf"] {
             let error = text.parse::<Selection>().unwrap_err();
-            assert!(error.contains("threads") || error.contains("many"), "{error}");
+            assert!(error.contains("threads") || error.contains("is no number"), "{error}");
         }
     }
 

@@ -199,7 +199,9 @@ impl Experiment {
         let allowed = "allowed are `off`, `close` or `spread`";
         check.require(matches!(pin, "off" | "close" | "spread"), "pin", pin, allowed)?;
         check_list(check, "claims", &self.claims, true)?;
-        check.positive("time_limit_s", self.time_limit_s.unwrap_or(1.0))?;
+        let limit_s = self.time_limit_s.unwrap_or(1.0);
+        let allowed = "allowed are numbers above 0, up to 1e7 seconds";
+        check.require(limit_s > 0.0 && limit_s <= 1e7, "time_limit_s", limit_s, allowed)?;
         if let Some(gate) = &self.gate {
             gate.check(check)?;
         }
@@ -207,6 +209,9 @@ impl Experiment {
             exclusion.cells.check(check, &format!("exclude[{k}].where"))?;
             let allowed = "a reason is needed: it stands in the rows of the cells";
             check.require(!exclusion.reason.is_empty(), &format!("exclude[{k}].reason"), "empty", allowed)?;
+        }
+        for filter in &self.filter {
+            filter.check(check, "filter")?;
         }
         self.fixed.options(file)?;
         let allowed = "a scheme belongs to a group of `[[factors]]`, not to all of them";

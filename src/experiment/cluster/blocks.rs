@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::experiment::cluster::array::ranges;
 use crate::experiment::plan::{Plan, PlannedRound};
+use crate::experiment::progress::StageProgress;
 use crate::experiment::record::{RoundRecord, Stage};
 use crate::experiment::spec::{Experiment, Mode};
 use crate::experiment::stopping::Rounds;
@@ -19,6 +20,13 @@ pub struct Block {
 }
 
 impl Block {
+    /// Whether its stage has cells here, and needs more rounds than it has.
+    pub fn is_needed(&self, stages: &[StageProgress]) -> bool {
+        let of_block =
+            |stage: &&StageProgress| stage.experiment == self.experiment && stage.stage == self.stage;
+        stages.iter().find(of_block).is_some_and(|stage| !stage.complete)
+    }
+
     pub fn of(round: &PlannedRound, plan: &Plan) -> Block {
         let experiment = plan.experiments[round.experiment].spec.id.clone();
         Block { experiment, stage: round.stage, round: round.round }
@@ -36,8 +44,9 @@ impl fmt::Display for Block {
     }
 }
 
-/// The blocks of a run, the most that each stage may have, numbered by their place: by what the experiments say alone, so that a machine that only submits
-/// numbers them like the nodes that run them. Rounds that do nothing but leave states are the first job's, and no blocks.
+/// The blocks of a run, the most that each stage may have, numbered by their place: by what the experiments say alone, so
+/// that a machine that only submits numbers them like the nodes that run them. Rounds that do nothing but leave states are
+/// the first job's, and no blocks.
 pub fn blocks(experiments: &[Experiment], mode: Mode) -> Vec<Block> {
     let mut blocks = Vec::new();
     for experiment in experiments {

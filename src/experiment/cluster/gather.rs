@@ -10,7 +10,8 @@ use crate::experiment::calibration::Calibration;
 use crate::experiment::cluster::blocks::Block;
 use crate::experiment::cluster::submission::plan_of;
 use crate::experiment::plan::{Plan, PlannedRound, PlannedTrial, TimedWork, Work};
-use crate::experiment::record::{RoundRecord, StateDigest, Status, TrialRecord};
+use crate::experiment::progress::progress;
+use crate::experiment::record::{RoundRecord, Stage, StateDigest, Status, TrialRecord};
 use crate::experiment::run::{Run, RunInfo};
 
 /// What is there of a run.
@@ -24,7 +25,9 @@ pub struct Gathered {
 pub fn gather(folder: &Path) -> Result<Gathered> {
     let info = RunInfo::read(folder)?;
     let plan = plan_of(&info, Calibration::TIMELESS)?;
-    let gathered = verify(&plan, folder)?;
+    let (mut gathered, records) = verify(&plan, folder)?;
+    let stages = progress(&info, &records);
+    gathered.missing.retain(|block| block.stage == Stage::States || block.is_needed(&stages));
     if gathered.missing.is_empty() && info.finished_utc.is_none() {
         Run::share(folder)?.finish()?;
         // Nobody takes blocks any more.
@@ -34,8 +37,9 @@ pub fn gather(folder: &Path) -> Result<Gathered> {
 }
 
 /// Checks every record of `plan` in `folder`. One that is damaged, or computed something else than the others, is refused.
-fn verify(plan: &Plan, folder: &Path) -> Result<Gathered> {
+fn verify(plan: &Plan, folder: &Path) -> Result<(Gathered, Vec<RoundRecord>)> {
     let mut known = Known::new(plan);
+    let mut records = Vec::new();
     let mut gathered = Gathered { recorded: 0, missing: Vec::new() };
     for round in &plan.rounds {
         let block = Block::of(round, plan);
@@ -44,13 +48,15 @@ fn verify(plan: &Plan, folder: &Path) -> Result<Gathered> {
             gathered.missing.push(block);
             continue;
         }
-        let checked = RoundRecord::read(&path).and_then(|record| check(plan, round, &record, &mut known));
-        if let Err(error) = checked {
-            bail!("{}: {error:#}; remove the file and submit the run again", path.display());
+        let checked = RoundRecord::read(&path)
+            .and_then(|record| check(plan, round, &record, &mut known).map(|()| record));
+        match checked {
+            Ok(record) => records.push(record),
+            Err(error) => bail!("{}: {error:#}; remove the file and submit the run again", path.display()),
         }
         gathered.recorded += 1;
     }
-    Ok(gathered)
+    Ok((gathered, records))
 }
 
 fn check(plan: &Plan, round: &PlannedRound, record: &RoundRecord, known: &mut Known<'_>) -> Result<()> {

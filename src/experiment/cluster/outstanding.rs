@@ -8,6 +8,8 @@ use crate::experiment::calibration::Calibration;
 use crate::experiment::cluster::blocks::Block;
 use crate::experiment::cluster::submission::{Submission, plan_of};
 use crate::experiment::plan::Plan;
+use crate::experiment::progress::progress;
+use crate::experiment::record::RoundRecord;
 use crate::experiment::run::RunInfo;
 
 /// The jobs that would complete a run.
@@ -21,15 +23,30 @@ pub struct Outstanding {
 
 impl Outstanding {
     pub fn find(folder: &Path, submission: &Submission) -> Result<Outstanding> {
-        let blocks = submission.blocks().into_iter().enumerate();
-        let missing = blocks.filter(|(_, block)| !block.path(folder).is_file());
-        let blocks: Vec<usize> = missing.map(|(number, _)| number).collect();
+        let blocks = missing(folder, submission)?;
         Ok(Outstanding { first: !is_ready(folder, blocks.is_empty())?, blocks })
     }
 
     pub fn is_nothing(&self) -> bool {
         !self.first && self.blocks.is_empty()
     }
+}
+
+/// Numbers of the blocks that are not recorded and, once the run has begun, that what is recorded leaves needed.
+fn missing(folder: &Path, submission: &Submission) -> Result<Vec<usize>> {
+    let blocks = submission.blocks();
+    let is_there = |block: &Block| block.path(folder).is_file();
+    let stages = if folder.join("run.json").is_file() {
+        let recorded = blocks.iter().filter(|block| is_there(block));
+        let records: Result<Vec<RoundRecord>> =
+            recorded.map(|b| RoundRecord::read(&b.path(folder))).collect();
+        Some(progress(&RunInfo::read(folder)?, &records?))
+    } else {
+        None
+    };
+    let needed = |block: &Block| stages.as_ref().is_none_or(|stages| block.is_needed(stages));
+    let missing = blocks.iter().enumerate().filter(|(_, block)| !is_there(block) && needed(block));
+    Ok(missing.map(|(number, _)| number).collect())
 }
 
 /// Whether the first job has done its work. Without missing blocks, nobody needs the states that it left.

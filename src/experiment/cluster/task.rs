@@ -21,6 +21,8 @@ pub enum Ended {
     WasThere,
     /// Another task is running the block.
     Elsewhere,
+    /// No cell of the block can run on machines of the run's kind.
+    NotApplicable,
 }
 
 /// The first job: opens the run for machines of this node's kind, and runs the rounds that leave states.
@@ -30,7 +32,7 @@ pub fn first(folder: &Path) -> Result<()> {
     if folder.join("run.json").is_file() {
         RunInfo::read(folder)?.require_same_plan(folder, &plan, &machine)?;
     }
-    let run = Run::open(folder, &plan, &machine, &submission.command, Existing::Resume)?;
+    let run = Run::open(folder, &plan, &machine, &submission.command, Existing::Reopen)?;
     execute_only(&plan, &run.folder, PlannedRound::saves_states)
 }
 
@@ -50,6 +52,9 @@ pub fn block(folder: &Path, number: usize) -> Result<(Block, Ended)> {
     }
     let (machine, plan) = submission.here()?;
     run.info.require_same_plan(folder, &plan, &machine)?;
+    if !plan.rounds.iter().any(|round| Block::of(round, &plan) == block) {
+        return Ok((block, Ended::NotApplicable));
+    }
     let left = states_are_left(&plan, folder);
     ensure!(left, "{}: the states that blocks start from are not there; submit again", folder.display());
     // The rounds that left states are only read: their digests are what the block must meet.
