@@ -47,7 +47,7 @@ pub struct Cli {
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done; 1 a claim fails or a run is slower (only with --strict); 2 the command or a file cannot be used; 3 incomplete: a trial \
-failed, a simulation broke down, blocks are missing or something could not be written; 4 the machine is refused: too busy for \
+failed, a simulation broke down, rounds are missing or something could not be written; 4 the machine is refused: too busy for \
 the experiment's gate, or not the run's; 5 nothing was measured; 6 no cell of the runs can be compared; 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
@@ -66,7 +66,7 @@ enum Verb {
     Machine(machine::MachineVerb),
     /// Renders a run folder's tables, figures, claims and report anew from its records.
     Report(report::Report),
-    /// Spreads a run over the nodes of a cluster, a whole block of trials a task; once more, only what is missing.
+    /// Spreads a run over the nodes of a cluster, a whole round a task; run again, it sends only what is missing.
     Submit(submit::Submit),
     /// Gathers what a cluster has run, reports on it, and says what is missing.
     Collect(collect::Collect),

@@ -38,8 +38,8 @@ impl Status {
             writeln!(out, "{}: {}", shown.run_id, shown.command)?;
             writeln!(
                 out,
-                "{:<16} {:<9} {:>8} {:>6} {:>6}  missing",
-                "experiment", "stage", "recorded", "most", "failed"
+                "{:<16} {:<9} {:>8} {:>8} {:>6}  missing",
+                "experiment", "stage", "recorded", "at most", "failed"
             )?;
             for stage in &shown.stages {
                 writeln!(out, "{}", line(stage))?;
@@ -58,7 +58,7 @@ fn line(stage: &StageProgress) -> String {
     let missing: Vec<String> = stage.missing.iter().map(|round| round.to_string()).collect();
     let missing = if stage.complete { "none".to_string() } else { format!("round {}", missing.join(", ")) };
     format!(
-        "{:<16} {:<9} {:>8} {:>6} {:>6}  {missing}",
+        "{:<16} {:<9} {:>8} {:>8} {:>6}  {missing}",
         stage.experiment,
         stage.stage.name(),
         stage.recorded,

@@ -46,7 +46,7 @@ pub struct Submit {
     /// Share nodes with others, and use so many processors of each [default: whole nodes, `--exclusive`]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     cpus_per_task: Option<u16>,
-    /// Run at most so many blocks of an array at once
+    /// Run at most this many rounds of an array at once
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     max_parallel: Option<u32>,
     /// The cluster's limit on array indices [default: what `scontrol show config` says, or 1001]

@@ -199,7 +199,7 @@ pub fn in_short(judged: &[Judged]) -> String {
     let counted = kinds.filter_map(|kind| {
         let name = kind.name();
         let count = judged.iter().filter(|judged| judged.verdict.name() == name).count();
-        (count > 0).then(|| format!("{count} {name}"))
+        (count > 0).then(|| format!("{name} {count}"))
     });
     format!("{} verdicts: {}.", judged.len(), counted.collect::<Vec<_>>().join(", "))
 }
@@ -215,6 +215,9 @@ pub fn judge(rule: Rule, estimate: &Estimate) -> Verdict {
     };
     let (low, high) = (interval.low, interval.high);
     let straddles = |what: String| Verdict::NotResolved { why: format!("the interval straddles {what}") };
+    let outside = |least: f64, most: f64| Verdict::NotResolved {
+        why: format!("the interval lies partly outside {least:.3} to {most:.3}"),
+    };
     match rule {
         Rule::Above { value } if low > value => Verdict::Holds,
         Rule::Above { value } if high < value => Verdict::Fails,
@@ -227,7 +230,7 @@ pub fn judge(rule: Rule, estimate: &Estimate) -> Verdict {
             } else if high < least || low > most {
                 Verdict::Fails
             } else {
-                straddles(format!("{least:.3} or {most:.3}"))
+                outside(least, most)
             }
         }
         Rule::Equal { value, tolerance } => {
@@ -237,7 +240,7 @@ pub fn judge(rule: Rule, estimate: &Estimate) -> Verdict {
             } else if high < least || low > most {
                 Verdict::Fails
             } else {
-                straddles(format!("{least:.3} or {most:.3}"))
+                outside(least, most)
             }
         }
         Rule::Information {} => unreachable!("handled above"),

@@ -46,6 +46,7 @@ pub fn text(measured: &Measured) -> Result<String> {
         paper_steps => published.steps,
         paper_machine => &published.machine,
         paper_speed_up => format!("{:.2}", published.table2.speed_up.non_cg),
+        paper_speed_up_total => format!("{:.2}", published.table2.speed_up.total),
         rounds => measured.succeeded("table2", stage),
         stage => if stage == Stage::Whole { "whole runs" } else { "paired trials" },
         machine => machine(measured),
