@@ -72,6 +72,7 @@ fn a_covering_set_of_searches_threads_and_schedules_gives_the_same_bits() {
             position: particles.position[i],
             velocity: particles.velocity[i],
             pressure: particles.pressure[i],
+            group: 0,
         })
         .collect();
     let expected = end_state(&state, list, 1, "dynamic:64", plain);

@@ -47,11 +47,13 @@ pub struct InitialParticle {
     pub velocity: Vec3,
     /// Pascals.
     pub pressure: f64,
+    /// Which of the scene's named groups it belongs to; 0 where a scene names none.
+    pub group: u8,
 }
 
 impl InitialParticle {
     pub fn at_rest(kind: Kind, position: Vec3) -> Self {
-        InitialParticle { kind, position, velocity: ZERO, pressure: 0.0 }
+        InitialParticle { kind, position, velocity: ZERO, pressure: 0.0, group: 0 }
     }
 }
 
