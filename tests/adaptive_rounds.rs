@@ -1,5 +1,7 @@
 //! Rounds are added until intervals are narrow enough, and not beyond.
 
+#![cfg(feature = "driver")]
+
 use std::fs;
 use std::path::Path;
 use std::process::Command;

@@ -1,5 +1,7 @@
 //! What a finished run leaves for reviewers: checksums, what each part took, and one file with everything.
 
+#![cfg(feature = "driver")]
+
 #[path = "common/small_run.rs"]
 mod small_run;
 

@@ -1,5 +1,7 @@
 //! The command as a user meets it: what it prints, what it refuses, and with which exit code.
 
+#![cfg(feature = "driver")]
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};

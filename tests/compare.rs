@@ -1,5 +1,7 @@
 //! Runs from several machines side by side: what is compared, and what is refused.
 
+#![cfg(feature = "driver")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

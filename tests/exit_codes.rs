@@ -1,5 +1,7 @@
 //! Every documented exit code, reached.
 
+#![cfg(feature = "driver")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,6 +1,8 @@
 //! Run folders from anywhere: what is doctored is refused by file, place and reason, and nothing in them is followed, run or
 //! taken for markup.
 
+#![cfg(feature = "driver")]
+
 #[path = "common/small_run.rs"]
 mod small_run;
 

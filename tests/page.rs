@@ -2,6 +2,8 @@
 //!
 //! Where no Chromium is installed, only what can be read from the file is tested.
 
+#![cfg(feature = "driver")]
+
 #[path = "common/small_run.rs"]
 mod small_run;
 

@@ -13,7 +13,7 @@ use repro::engine::effects::gravity::Gravity;
 use repro::engine::effects::viscosity::Viscosity;
 use repro::engine::effects::wall_contact::WallContact;
 use repro::engine::error::SimulationError;
-use repro::engine::kernel::Reference;
+use repro::engine::kernel::{Dimensions, Reference};
 use repro::engine::parameters::{Domain, Effects, Parameters, Radii};
 use repro::engine::particles::{InitialParticle, Kind};
 use repro::engine::phase::{NoProbe, Phase};
@@ -28,11 +28,14 @@ const DT: f64 = 0.001;
 
 fn parameters(effects: Effects) -> Parameters {
     Parameters {
+        dimensions: Dimensions::Three,
         particle_distance_m: L0,
         time_step_s: DT,
+        adaptive: None,
+        groups: Vec::new(),
         density_kg_m3: 1000.0,
         radii: Radii { number_density: 2.1, gradient: 2.1, laplacian: 3.1 },
-        domain: Domain { low: [-2.0; 3], high: [2.0; 3] },
+        domain: Domain::new([-2.0; 3], [2.0; 3]),
         effects,
     }
 }
@@ -131,7 +134,8 @@ fn pairs(start: &[InitialParticle], i: usize, radius: f64, floor: f64) -> Vec<(u
 /// Number density, pressure equation and gradient of a crowd, worked out pair by pair from their formulae.
 #[test]
 fn a_kernel_floor_counts_in_number_density_matrix_and_gradient() {
-    let [density, laplacian] = [2.1, 3.1].map(|radius| Reference::on_lattice(L0, radius * L0));
+    let [density, laplacian] =
+        [2.1, 3.1].map(|radius| Reference::on_lattice(Dimensions::Three, L0, radius * L0));
     let n0 = density.number_density;
     let coefficient = 6.0 / (laplacian.number_density * laplacian.lambda_m2 * 1000.0);
     for floor in [0.0, 0.5, 1.0] {
@@ -280,7 +284,7 @@ fn coincident_particles_end_the_run_with_step_phase_and_particles() {
         (Effects { pressure: pressure(), ..Effects::default() }, Phase::NumberDensity),
     ] {
         for preset in [Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION] {
-            let mut simulation = build_with(effects, &twins, &preset.options());
+            let mut simulation = build_with(effects.clone(), &twins, &preset.options());
             let error = simulation.step(&mut NoProbe).unwrap_err();
             assert_eq!(error, SimulationError::Coincident { step: 1, phase, particle: 1, other: 2 });
             assert!(error.to_string().contains("step 1") && error.to_string().contains("distance zero"));

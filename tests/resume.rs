@@ -1,5 +1,7 @@
 //! A run that is killed goes on where it was, and ends as if nothing had happened.
 
+#![cfg(feature = "driver")]
+
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};

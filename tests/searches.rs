@@ -19,7 +19,7 @@ fn neighbors<C: CandidateSearch, T: DistanceTest>(
     reach: usize,
     workers: &Workers,
 ) -> Vec<Vec<usize>> {
-    let grid = Grid::new(Domain { low: [-1.0; 3], high: [1.0; 3] }, LARGEST_RADIUS, reach).unwrap();
+    let grid = Grid::new(Domain::new([-1.0; 3], [1.0; 3]), LARGEST_RADIUS, reach).unwrap();
     let mut candidates = C::new(&grid, positions.len());
     let mut buckets = Buckets { grid, of_particle: vec![NONE; positions.len()] };
     buckets.assign(&vec![Kind::Fluid; positions.len()], positions, Team::SERIAL);

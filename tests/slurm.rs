@@ -1,6 +1,8 @@
 //! A run on a real Slurm: an array of blocks, one of them cancelled half-way, submitted again and collected.
 //!
 //! Skipped with a message where Slurm is not installed.
+
+#![cfg(feature = "driver")]
 #![cfg(unix)]
 
 mod support;

@@ -1,4 +1,6 @@
 //! Runs for a cluster, without one: what is handed to `sbatch`, and what tasks do, started by hand.
+
+#![cfg(feature = "driver")]
 #![cfg(unix)]
 
 mod support;

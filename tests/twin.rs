@@ -1,5 +1,7 @@
 //! The loop of the paper's Figure 3 in C and in Rust: the same sums to the last bit, and times that are believed only then.
 
+#![cfg(feature = "driver")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -149,7 +151,7 @@ fn the_rust_loop_is_the_engines() {
 }
 
 const GEOMETRY: Geometry =
-    Geometry { domain: Domain { low: [-1.0; 3], high: [3.0; 3] }, bucket_side_m: 2.0, radius_m: 1.5 };
+    Geometry { domain: Domain::new([-1.0; 3], [3.0; 3]), bucket_side_m: 2.0, radius_m: 1.5 };
 
 /// Distances 1, 1 and 2 within a radius of 1.5, worked out by hand; a ghost and one far outside take no part.
 #[test]

@@ -1,5 +1,7 @@
 //! The committed write-up is the one that the reference run gives.
 
+#![cfg(feature = "driver")]
+
 use std::fs;
 use std::path::Path;
 

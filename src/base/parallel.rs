@@ -217,7 +217,10 @@ impl Team<'_> {
 
     /// Calls `body` with ranges that cover the rows of `columns`, and with exactly those rows of each column.
     pub fn fill<C: Columns>(self, columns: C, body: impl Fn(Range<usize>, C::Part) + Sync) {
-        let rows = columns.rows();
+        let rows = match columns.rows() {
+            ABSENT => return,
+            rows => rows,
+        };
         let raw = columns.into_raw();
         self.run(rows, |range| {
             // SAFETY: `run` hands out each index once, so no two parts overlap; `range` lies within `rows`; and the
@@ -258,22 +261,33 @@ pub unsafe trait Columns {
     unsafe fn part(raw: Self::Raw, range: Range<usize>) -> Self::Part;
 }
 
+/// The number of rows of a column that is not there.
+const ABSENT: usize = usize::MAX;
+
 /// A slice seen as rows of `width` elements; the last row may be shorter.
 #[derive(Debug)]
 pub struct Rows<'a, T> {
     slice: &'a mut [T],
     width: usize,
+    /// Whether an empty slice stands for a column that is not there, rather than for no rows.
+    optional: bool,
 }
 
 impl<'a, T> Rows<'a, T> {
     /// One element a row.
     pub fn new(slice: &'a mut [T]) -> Self {
-        Rows { slice, width: 1 }
+        Rows { slice, width: 1, optional: false }
     }
 
     /// `width` elements a row, at least one.
     pub fn of_width(slice: &'a mut [T], width: usize) -> Self {
-        Rows { slice, width: width.max(1) }
+        Rows { slice, width: width.max(1), optional: false }
+    }
+
+    /// One element a row or, where the slice is empty, a column that is not there: each part of it is empty, and it does
+    /// not limit the rows of the columns beside it.
+    pub fn if_there(slice: &'a mut [T]) -> Self {
+        Rows { slice, width: 1, optional: true }
     }
 }
 
@@ -304,7 +318,10 @@ unsafe impl<'a, T: Send> Columns for Rows<'a, T> {
     type Part = &'a mut [T];
 
     fn rows(&self) -> usize {
-        self.slice.len().div_ceil(self.width)
+        match self.slice.len() {
+            0 if self.optional => ABSENT,
+            len => len.div_ceil(self.width),
+        }
     }
 
     fn into_raw(self) -> RawRows<T> {
@@ -330,8 +347,10 @@ macro_rules! columns_of_several {
             fn rows(&self) -> usize {
                 let ($($name,)+) = self;
                 let rows = [$($name.rows()),+];
-                assert!(rows.iter().all(|&r| r == rows[0]), "columns of one loop have equally many rows: {rows:?}");
-                rows[0]
+                let fewest = rows.into_iter().fold(ABSENT, usize::min);
+                let equal = rows.iter().all(|&r| r == fewest || r == ABSENT);
+                assert!(equal, "columns of one loop have equally many rows: {rows:?}");
+                fewest
             }
 
             fn into_raw(self) -> Self::Raw {

@@ -29,7 +29,7 @@ use clap::{Parser, Subcommand};
 use crate::base::input::InputError;
 use crate::base::parallel::ThreadsUnavailable;
 use crate::cli::output::Output;
-use crate::engine::search::grid::TooManyBuckets;
+use crate::engine::search::grid::BadDomain;
 use crate::experiment::gate::MachineRefused;
 use crate::experiment::interrupt::Interrupted;
 use crate::experiment::run::AnotherMachine;
@@ -140,7 +140,7 @@ pub fn exit_code(error: &anyhow::Error) -> Exit {
         Exit::Interrupted
     } else if error.is::<MachineRefused>() || error.is::<AnotherMachine>() {
         Exit::MachineRefused
-    } else if error.is::<InputError>() || error.is::<TooManyBuckets>() || error.is::<ThreadsUnavailable>() {
+    } else if error.is::<InputError>() || error.is::<BadDomain>() || error.is::<ThreadsUnavailable>() {
         Exit::Usage
     } else {
         Exit::Incomplete

@@ -112,7 +112,7 @@ impl Simulate {
         let style = ProgressStyle::with_template("{bar:30} step {pos}/{len}, {eta} left")
             .expect("the template is valid");
         let bar = ProgressBar::new(steps as u64).with_style(style);
-        let mut last = StepReport { step: 0, ghosts: 0, pressure: None };
+        let mut last = StepReport::default();
         let mut wall_s = 0.0;
         for step in 1..=steps {
             interrupt::check()?;

@@ -16,6 +16,11 @@ pub enum SimulationError {
          (`--set time_step_s=...`) or look at the particle's neighbourhood in the step before"
     )]
     NotFinite { step: usize, phase: Phase, particle: usize, quantity: &'static str },
+    #[error(
+        "step {step}: {reason} asks for a step of {time_step_s:e} s, below the shortest that is allowed; look at the \
+         fastest particles of the step before, lower `adaptive_time_step.shortest_s`, or lower `particle_distance_m`"
+    )]
+    StepTooShort { step: usize, time_step_s: f64, reason: &'static str },
     #[error("step {step}, phase cg: {source}")]
     Solver { step: usize, source: CgError },
 }

@@ -2,8 +2,30 @@
 
 use crate::base::vec3::dot;
 
-/// The number of space dimensions.
-pub const DIMENSIONS: f64 = 3.0;
+/// Whether particles fill a plane, z = 0, or space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimensions {
+    Two,
+    Three,
+}
+
+impl Dimensions {
+    /// `D` of the formulae.
+    pub fn count(self) -> f64 {
+        match self {
+            Dimensions::Two => 2.0,
+            Dimensions::Three => 3.0,
+        }
+    }
+
+    /// What a particle on a lattice of spacing `particle_distance_m` fills: square metres or cubic metres.
+    pub fn volume(self, particle_distance_m: f64) -> f64 {
+        match self {
+            Dimensions::Two => particle_distance_m * particle_distance_m,
+            Dimensions::Three => particle_distance_m * particle_distance_m * particle_distance_m,
+        }
+    }
+}
 
 /// The weight `w(r, re) = re / r - 1` of a neighbour at distance `r < re` (Koshizuka & Oka 1996); dimensionless.
 #[inline(always)]
@@ -38,7 +60,7 @@ impl Kernel {
     }
 }
 
-/// Sums over the cubic lattice of spacing `l0` around the origin, the origin left out.
+/// Sums over the square or cubic lattice of spacing `l0` around the origin, the origin left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
     /// `n0 = sum w(r, re)`, dimensionless.
@@ -51,12 +73,13 @@ pub struct Reference {
 
 impl Reference {
     /// The sums for the influence radius `radius_m` on a lattice of spacing `particle_distance_m`.
-    pub fn on_lattice(particle_distance_m: f64, radius_m: f64) -> Self {
+    pub fn on_lattice(dimensions: Dimensions, particle_distance_m: f64, radius_m: f64) -> Self {
         let reach = (radius_m / particle_distance_m).ceil() as i32;
+        let reach_z = if dimensions == Dimensions::Two { 0 } else { reach };
         let (mut sum_w, mut sum_r2_w, mut neighbors) = (0.0, 0.0, 0);
         for ix in -reach..=reach {
             for iy in -reach..=reach {
-                for iz in -reach..=reach {
+                for iz in -reach_z..=reach_z {
                     if (ix, iy, iz) == (0, 0, 0) {
                         continue;
                     }
@@ -96,8 +119,8 @@ mod tests {
     #[test]
     fn the_reference_lattice_gives_the_methods_constants() {
         let l0 = 0.01875;
-        let density = Reference::on_lattice(l0, 2.1 * l0);
-        let laplacian = Reference::on_lattice(l0, 3.1 * l0);
+        let density = Reference::on_lattice(Dimensions::Three, l0, 2.1 * l0);
+        let laplacian = Reference::on_lattice(Dimensions::Three, l0, 3.1 * l0);
         let close = |found: f64, stated: f64, digits: f64| (found - stated).abs() <= 0.5 * digits;
         assert!(close(density.number_density, 14.4186, 1e-4), "{density:?}");
         assert!(close(laplacian.number_density, 54.3212, 1e-4), "{laplacian:?}");
@@ -105,5 +128,8 @@ mod tests {
         assert!(close(density.lambda_m2 / (l0 * l0), 1.7017, 1e-4));
         assert!(close(laplacian.lambda_m2 / (l0 * l0), 3.2434, 1e-4));
         assert_eq!((density.neighbors, laplacian.neighbors), (32, 122));
+        let plane = [2.1, 3.1].map(|re| Reference::on_lattice(Dimensions::Two, 1.0, re));
+        assert!(close(plane[0].number_density, 6.5397, 1e-4) && close(plane[0].lambda_m2, 1.3884, 1e-4));
+        assert!(close(plane[1].number_density, 18.9764, 1e-4) && close(plane[1].lambda_m2, 2.4485, 1e-4));
     }
 }

@@ -1,8 +1,9 @@
 //! The semi-implicit MPS engine: moving particles, nothing else.
 //!
 //! It knows no file, no clock and no file format. Modules stand in the order in which they build on one another:
-//! `particles <- kernel <- search <- {effects, pressure} <- simulation <- diagnostics`.
+//! `particles <- kernel <- search <- terms <- {effects, pressure} <- simulation <- diagnostics`.
 
+pub mod columns;
 pub mod diagnostics;
 pub mod effects;
 pub mod error;
@@ -15,3 +16,5 @@ pub mod pressure;
 pub mod search;
 pub mod simulation;
 pub mod stage;
+pub mod terms;
+pub mod time_step;

@@ -5,21 +5,65 @@ use crate::engine::effects::collision::Collision;
 use crate::engine::effects::gravity::Gravity;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
-use crate::engine::kernel::Reference;
+use crate::engine::kernel::{Dimensions, Reference};
 use crate::engine::pressure::Pressure;
 
 /// Everything that does not change while a simulation runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
+    pub dimensions: Dimensions,
     /// Spacing `l0` of the particles, metres.
     pub particle_distance_m: f64,
-    /// Length of a time step, seconds.
+    /// Length of a time step, seconds; the longest one where steps adapt.
     pub time_step_s: f64,
+    /// `None` where all steps are equally long.
+    pub adaptive: Option<AdaptiveTimeStep>,
     /// Density of the fluid, kg/m3.
     pub density_kg_m3: f64,
     pub radii: Radii,
     pub domain: Domain,
+    /// What particles are called, by the number in their column `group`; empty where the scene names no groups.
+    pub groups: Vec<String>,
     pub effects: Effects,
+}
+
+/// How steps adapt to the flow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveTimeStep {
+    /// The share of a particle distance that the fastest particle may move in a step.
+    pub courant: f64,
+    /// The share of the longest stable step that effects may use, such as explicit viscosity's.
+    pub safety: f64,
+    /// By how much a step may be longer than the last one.
+    pub growth: f64,
+    /// A simulation that would need a shorter step than this, seconds, ends with an error.
+    pub shortest_s: f64,
+}
+
+/// A property of the fluid: the same everywhere, or by the group of a particle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Property {
+    Uniform(f64),
+    ByGroup(Vec<f64>),
+}
+
+impl Property {
+    /// The value for a particle of a group.
+    #[inline(always)]
+    pub fn of(&self, group: u8) -> f64 {
+        match self {
+            Property::Uniform(value) => *value,
+            Property::ByGroup(values) => values[group as usize],
+        }
+    }
+
+    /// The largest value of any group.
+    pub fn largest(&self) -> f64 {
+        match self {
+            Property::Uniform(value) => *value,
+            Property::ByGroup(values) => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
 }
 
 /// Influence radii in units of the particle distance.
@@ -37,10 +81,19 @@ pub struct Domain {
     pub low: Vec3,
     /// Upper corner, metres.
     pub high: Vec3,
+    /// Along which axes the box repeats itself.
+    pub periodic: [bool; 3],
+}
+
+impl Domain {
+    /// A box that repeats itself along no axis.
+    pub fn new(low: Vec3, high: Vec3) -> Self {
+        Domain { low, high, periodic: [false; 3] }
+    }
 }
 
 /// The effects that a scene names. What is `None` has no stage, no phase and no column.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
     pub gravity: Option<Gravity>,
     pub viscosity: Option<Viscosity>,
@@ -74,12 +127,12 @@ impl Parameters {
 
     /// The reference sums `n0` and `lambda` for a radius in metres.
     pub fn reference(&self, radius_m: f64) -> Reference {
-        Reference::on_lattice(self.particle_distance_m, radius_m)
+        Reference::on_lattice(self.dimensions, self.particle_distance_m, radius_m)
     }
 
     /// The factor `2 D / (n0_L lambda)` of the Laplacian model, 1/m2 (Koshizuka & Oka 1996).
     pub fn laplacian_factor(&self) -> f64 {
         let reference = self.reference(self.laplacian_radius_m());
-        2.0 * crate::engine::kernel::DIMENSIONS / (reference.number_density * reference.lambda_m2)
+        2.0 * self.dimensions.count() / (reference.number_density * reference.lambda_m2)
     }
 }

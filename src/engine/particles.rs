@@ -2,6 +2,7 @@
 
 use crate::base::parallel::{Rows, Workers};
 use crate::base::vec3::{Vec3, ZERO};
+use crate::engine::columns::{Column, Visitor};
 
 /// What a particle is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -13,13 +14,21 @@ pub enum Kind {
     Wall,
     /// Stands still, has no pressure: the outer layers, which only complete the walls' neighbourhoods.
     DummyWall,
-    /// Left the bucket domain: out of all sums for good, velocity and pressure zero.
+    /// Not there: left the bucket domain, or waits to be let in. Out of all sums, velocity and pressure zero.
     #[default]
     Ghost,
+    /// Moves with the rigid body that it is a part of, has a pressure.
+    Body,
 }
 
 impl Kind {
-    pub const ALL: [Kind; 4] = [Kind::Fluid, Kind::Wall, Kind::DummyWall, Kind::Ghost];
+    pub const ALL: [Kind; 5] = [Kind::Fluid, Kind::Wall, Kind::DummyWall, Kind::Ghost, Kind::Body];
+
+    /// Whether forces move it.
+    #[inline(always)]
+    pub fn moves(self) -> bool {
+        matches!(self, Kind::Fluid | Kind::Body)
+    }
 
     /// The name in every file.
     pub fn name(self) -> &'static str {
@@ -28,6 +37,7 @@ impl Kind {
             Kind::Wall => "wall",
             Kind::DummyWall => "dummy_wall",
             Kind::Ghost => "ghost",
+            Kind::Body => "body",
         }
     }
 
@@ -71,6 +81,16 @@ pub struct Particles {
     pub pressure: Vec<f64>,
     /// Dimensionless sum of weights; empty in a scene without pressure.
     pub number_density: Vec<f64>,
+    /// Which named group each belongs to; empty in a scene that names none.
+    pub group: Vec<u8>,
+    /// Kelvin, or any other scale that the scene uses throughout; empty in a scene without heat.
+    pub temperature: Vec<f64>,
+    /// Kelvin per second, gathered by the terms of a step; zero between steps.
+    pub temperature_rate: Vec<f64>,
+    /// Of a passive scalar, in the scene's own unit; empty in a scene without one.
+    pub concentration: Vec<f64>,
+    /// Per second, gathered by the terms of a step; zero between steps.
+    pub concentration_rate: Vec<f64>,
 }
 
 impl Particles {
@@ -82,8 +102,7 @@ impl Particles {
             position: workers.column(count, ZERO),
             velocity: workers.column(count, ZERO),
             acceleration: workers.column(count, ZERO),
-            pressure: Vec::new(),
-            number_density: Vec::new(),
+            ..Particles::default()
         };
         let columns = (
             Rows::new(&mut particles.kind),
@@ -107,6 +126,44 @@ impl Particles {
         }
     }
 
+    /// Adds the column of groups.
+    pub fn add_groups(&mut self, initial: &[InitialParticle], workers: &Workers) {
+        self.group = workers.column(self.len(), 0);
+        for (group, particle) in self.group.iter_mut().zip(initial) {
+            *group = particle.group;
+        }
+    }
+
+    /// The group of a particle, 0 where the scene names none.
+    #[inline(always)]
+    pub fn group_of(&self, i: usize) -> u8 {
+        self.group.get(i).copied().unwrap_or(0)
+    }
+
+    /// Shows all columns that the scene calls for, by name.
+    pub fn visit(&mut self, visitor: &mut Visitor<'_>) {
+        visitor("kind", Column::Kinds(&mut self.kind));
+        visitor("position", Column::Vectors(&mut self.position));
+        visitor("velocity", Column::Vectors(&mut self.velocity));
+        visitor("acceleration", Column::Vectors(&mut self.acceleration));
+        let scalars = [
+            ("pressure", &mut self.pressure),
+            ("number_density", &mut self.number_density),
+            ("temperature", &mut self.temperature),
+            ("temperature_rate", &mut self.temperature_rate),
+            ("concentration", &mut self.concentration),
+            ("concentration_rate", &mut self.concentration_rate),
+        ];
+        for (name, column) in scalars {
+            if !column.is_empty() {
+                visitor(name, Column::Scalars(column));
+            }
+        }
+        if !self.group.is_empty() {
+            visitor("group", Column::Groups(&mut self.group));
+        }
+    }
+
     pub fn len(&self) -> usize {
         self.kind.len()
     }
@@ -123,10 +180,21 @@ impl Particles {
     /// Bytes that the columns take.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.kind[..])
+            + size_of_val(&self.group[..])
             + [&self.position, &self.velocity, &self.acceleration]
                 .map(|c| size_of_val(&c[..]))
                 .iter()
                 .sum::<usize>()
-            + [&self.pressure, &self.number_density].map(|c| size_of_val(&c[..])).iter().sum::<usize>()
+            + [
+                &self.pressure,
+                &self.number_density,
+                &self.temperature,
+                &self.temperature_rate,
+                &self.concentration,
+                &self.concentration_rate,
+            ]
+            .map(|c| size_of_val(&c[..]))
+            .iter()
+            .sum::<usize>()
     }
 }

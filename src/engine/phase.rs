@@ -7,6 +7,7 @@ use std::fmt;
 pub enum Phase {
     Gravity,
     Viscosity,
+    PairTerms,
     Move,
     Collision,
     WallContact,
@@ -26,9 +27,10 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 17] = [
+    pub const ALL: [Phase; 18] = [
         Phase::Gravity,
         Phase::Viscosity,
+        Phase::PairTerms,
         Phase::Move,
         Phase::Collision,
         Phase::WallContact,
@@ -50,6 +52,7 @@ impl Phase {
         match self {
             Phase::Gravity => "gravity",
             Phase::Viscosity => "viscosity",
+            Phase::PairTerms => "pair_terms",
             Phase::Move => "move",
             Phase::Collision => "collision",
             Phase::WallContact => "wall_contact",
@@ -73,6 +76,7 @@ impl Phase {
         matches!(
             self,
             Phase::Viscosity
+                | Phase::PairTerms
                 | Phase::Collision
                 | Phase::WallContact
                 | Phase::NumberDensity

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::base::parallel::Workers;
+use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::motion::{Corrector, Predictor};
 use crate::engine::effects::viscosity::ExplicitViscosity;
@@ -10,15 +11,18 @@ use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
-use crate::engine::phase::Probe;
+use crate::engine::phase::{Phase, Probe};
 use crate::engine::preset::{Options, Search, Test};
 use crate::engine::pressure::{PressureReport, PressureSolve};
 use crate::engine::search::aos_relocation::AosRelocation;
 use crate::engine::search::brute_force::BruteForce;
-use crate::engine::search::grid::{Grid, TooManyBuckets};
+use crate::engine::search::grid::{BadDomain, Grid};
 use crate::engine::search::linked_list::LinkedList;
+use crate::engine::search::periodic::Periodic;
 use crate::engine::search::{CandidateSearch, DistanceTest, RootFirst, SquaredFirst};
 use crate::engine::stage::{Stage, State};
+use crate::engine::terms::PairPass;
+use crate::engine::time_step::{Adaptive, StepLimit};
 
 /// The stages of one step, in order: the semi-implicit MPS method. A stage that the scene does not call for is not in
 /// the list, has no phase and no columns.
@@ -27,15 +31,17 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     options: &Options,
     state: &State<C>,
 ) -> Vec<Box<dyn Stage<C, T>>> {
-    let (effects, time_step_s) = (parameters.effects, parameters.time_step_s);
+    let effects = &parameters.effects;
     let mut stages: Vec<Box<dyn Stage<C, T>>> = Vec::new();
     if let Some(gravity) = effects.gravity {
         stages.push(Box::new(gravity));
     }
     if let Some(viscosity) = effects.viscosity {
-        stages.push(Box::new(ExplicitViscosity::new(viscosity, parameters)));
+        let term = ExplicitViscosity::new(viscosity, parameters);
+        let radius_m = parameters.laplacian_radius_m();
+        stages.push(Box::new(PairPass { term, radius_m, phase: Phase::Viscosity }));
     }
-    stages.push(Box::new(Predictor { time_step_s }));
+    stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
         stages.push(Box::new(Collisions::new(collision, parameters, state)));
     }
@@ -44,16 +50,22 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     }
     if let Some(pressure) = effects.pressure {
         stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
-        stages.push(Box::new(Corrector { time_step_s }));
+        stages.push(Box::new(Corrector));
     }
     stages
 }
 
 /// What one step met.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepReport {
     /// The number of the step, from 1.
     pub step: usize,
+    /// Simulated time at its end, seconds.
+    pub time_s: f64,
+    /// Its length, seconds.
+    pub time_step_s: f64,
+    /// How often it was taken back and begun anew with half the length.
+    pub redone: usize,
     /// Particles that left the bucket domain so far.
     pub ghosts: usize,
     /// `None` in a scene without pressure.
@@ -68,6 +80,10 @@ pub trait Simulation: Send {
     /// The particles after the last step.
     fn particles(&self) -> &Particles;
 
+    /// Shows every column and number that the next step depends on, always in the same order. What a visitor writes
+    /// there is what the simulation goes on from.
+    fn visit(&mut self, visitor: &mut Visitor<'_>);
+
     /// Bytes of all columns of particles, search and stages.
     fn bytes(&self) -> usize;
 }
@@ -75,19 +91,84 @@ pub trait Simulation: Send {
 struct Composed<C, T> {
     state: State<C>,
     stages: Vec<Box<dyn Stage<C, T>>>,
+    /// `None` where all steps are equally long.
+    adaptive: Option<Adaptive>,
+}
+
+impl<C: CandidateSearch, T: DistanceTest> Composed<C, T> {
+    /// One attempt at a step of the present length.
+    fn attempt(&mut self, probe: &mut dyn Probe) -> Result<(), SimulationError> {
+        let Composed { state, stages, .. } = self;
+        state.step += 1;
+        stages.iter_mut().try_for_each(|stage| stage.run(state, probe))?;
+        state.time_s += state.time_step_s;
+        Ok(())
+    }
+
+    /// A step whose length follows from the flow; taken back and begun anew with half the length if it went too far.
+    fn adaptive_step(
+        &mut self,
+        adaptive: &mut Adaptive,
+        probe: &mut dyn Probe,
+    ) -> Result<usize, SimulationError> {
+        let stable = self.stages.iter().filter_map(|stage| stage.longest_step(&self.state));
+        let mut limit = adaptive.next_step(&self.state.particles, stable);
+        adaptive.before.keep(|visitor| self.show(visitor));
+        for redone in 0.. {
+            if limit.time_step_s < adaptive.rules.shortest_s {
+                let (step, reason) = (self.state.step + 1, limit.reason);
+                return Err(SimulationError::StepTooShort { step, time_step_s: limit.time_step_s, reason });
+            }
+            self.state.time_step_s = limit.time_step_s;
+            let error = match self.attempt(probe) {
+                Ok(()) if adaptive.accepts(&self.state.particles, self.state.time_step_s) => {
+                    return Ok(redone);
+                }
+                Ok(()) => None,
+                Err(error) => Some(error),
+            };
+            // A pair at one place stays one however short the step is.
+            if let Some(error @ SimulationError::Coincident { .. }) = error {
+                return Err(error);
+            }
+            let before = std::mem::take(&mut adaptive.before);
+            before.restore(|visitor| self.show(visitor));
+            adaptive.before = before;
+            limit = StepLimit { time_step_s: 0.5 * limit.time_step_s, reason: "a step that went too far" };
+        }
+        unreachable!("a step that is halved again and again becomes too short")
+    }
+
+    fn show(&mut self, visitor: &mut Visitor<'_>) {
+        self.state.visit(visitor);
+        self.stages.iter_mut().for_each(|stage| stage.visit(visitor));
+    }
 }
 
 impl<C: CandidateSearch, T: DistanceTest> Simulation for Composed<C, T> {
     fn step(&mut self, probe: &mut dyn Probe) -> Result<StepReport, SimulationError> {
-        let Composed { state, stages } = self;
-        state.step += 1;
-        let workers = Arc::clone(&state.workers);
-        workers.install(|| stages.iter_mut().try_for_each(|stage| stage.run(state, probe)))?;
-        Ok(StepReport { step: state.step, ghosts: state.ghosts, pressure: state.pressure })
+        let workers = Arc::clone(&self.state.workers);
+        let redone = workers.install(|| match self.adaptive.take() {
+            None => self.attempt(probe).map(|()| 0),
+            Some(mut adaptive) => {
+                let redone = self.adaptive_step(&mut adaptive, probe);
+                self.adaptive = Some(adaptive);
+                redone
+            }
+        })?;
+        let State { step, time_s, time_step_s, ghosts, pressure, .. } = self.state;
+        Ok(StepReport { step, time_s, time_step_s, redone, ghosts, pressure })
     }
 
     fn particles(&self) -> &Particles {
         &self.state.particles
+    }
+
+    fn visit(&mut self, visitor: &mut Visitor<'_>) {
+        self.show(visitor);
+        if let Some(adaptive) = &mut self.adaptive {
+            adaptive.visit(visitor);
+        }
     }
 
     fn bytes(&self) -> usize {
@@ -108,11 +189,23 @@ pub fn build(
     options: &Options,
     start: Start<'_>,
     workers: Arc<Workers>,
-) -> Result<Box<dyn Simulation>, TooManyBuckets> {
+) -> Result<Box<dyn Simulation>, BadDomain> {
     match options.search {
-        Search::LinkedList => with_test::<LinkedList>(parameters, options, start, workers),
-        Search::AosRelocation => with_test::<AosRelocation>(parameters, options, start, workers),
-        Search::BruteForce => with_test::<BruteForce>(parameters, options, start, workers),
+        Search::LinkedList => with_ends::<LinkedList>(parameters, options, start, workers),
+        Search::AosRelocation => with_ends::<AosRelocation>(parameters, options, start, workers),
+        Search::BruteForce => with_ends::<BruteForce>(parameters, options, start, workers),
+    }
+}
+
+fn with_ends<C: CandidateSearch + 'static>(
+    parameters: &Parameters,
+    options: &Options,
+    start: Start<'_>,
+    workers: Arc<Workers>,
+) -> Result<Box<dyn Simulation>, BadDomain> {
+    match parameters.domain.periodic {
+        [false, false, false] => with_test::<C>(parameters, options, start, workers),
+        _ => with_test::<Periodic<C>>(parameters, options, start, workers),
     }
 }
 
@@ -121,7 +214,7 @@ fn with_test<C: CandidateSearch + 'static>(
     options: &Options,
     start: Start<'_>,
     workers: Arc<Workers>,
-) -> Result<Box<dyn Simulation>, TooManyBuckets> {
+) -> Result<Box<dyn Simulation>, BadDomain> {
     match options.distance_test {
         Test::Sqrt => composed::<C, RootFirst>(parameters, options, start, workers),
         Test::Squared => composed::<C, SquaredFirst>(parameters, options, start, workers),
@@ -133,14 +226,19 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
     options: &Options,
     start: Start<'_>,
     workers: Arc<Workers>,
-) -> Result<Box<dyn Simulation>, TooManyBuckets> {
+) -> Result<Box<dyn Simulation>, BadDomain> {
     let grid = Grid::new(parameters.domain, parameters.largest_radius_m(), options.buckets_per_radius.get())?;
     let mut particles = Particles::new(start.particles, &workers);
     if parameters.effects.pressure.is_some() {
         particles.add_pressure_columns(start.particles, &workers);
     }
-    let mut state = State::<C>::new(particles, grid, workers);
+    if !parameters.groups.is_empty() {
+        particles.add_groups(start.particles, &workers);
+    }
+    let mut state = State::<C>::new(particles, grid, workers, parameters.time_step_s);
     state.step = start.steps_done;
+    state.time_s = start.steps_done as f64 * parameters.time_step_s;
     let stages = stages::<C, T>(parameters, options, &state);
-    Ok(Box::new(Composed { state, stages }))
+    let adaptive = parameters.adaptive.map(|rules| Adaptive::new(rules, parameters));
+    Ok(Box::new(Composed { state, stages, adaptive }))
 }

@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
-use crate::base::parallel::{FirstIndex, Team, Workers};
+use crate::base::parallel::{FirstIndex, Rows, Team, Workers};
 use crate::base::vec3::{Vec3, ZERO};
+use crate::engine::columns::{Column, Visitor};
 use crate::engine::error::SimulationError;
+use crate::engine::parameters::Domain;
 use crate::engine::particles::{Kind, Particles};
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::pressure::PressureReport;
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::{CandidateSearch, NONE, Neighborhood};
+use crate::engine::time_step::StepLimit;
 
 /// One part of a step: an effect that the scene names, or the motion between them. A stage owns the columns that
 /// nobody else needs, and exists only if the scene calls for it.
@@ -21,6 +24,14 @@ pub trait Stage<C: CandidateSearch, T>: Send {
     fn bytes(&self) -> usize {
         0
     }
+
+    /// Shows what the next step depends on beside the particles, so that a step can be taken back and a run go on later.
+    fn visit(&mut self, _visitor: &mut Visitor<'_>) {}
+
+    /// The longest step in which the stage is stable from the present state, seconds, and what limits it.
+    fn longest_step(&self, _state: &State<C>) -> Option<StepLimit> {
+        None
+    }
 }
 
 /// The particles, and who finds their neighbours.
@@ -30,6 +41,10 @@ pub struct State<C> {
     pub workers: Arc<Workers>,
     /// The number of the step under way, from 1.
     pub step: usize,
+    /// Simulated time at the start of the step under way, seconds.
+    pub time_s: f64,
+    /// Length of the step under way, seconds.
+    pub time_step_s: f64,
     /// Particles that left the bucket domain so far.
     pub ghosts: usize,
     /// What the pressure solve of this step met; stays `None` in a scene without pressure.
@@ -41,7 +56,7 @@ pub struct State<C> {
 }
 
 impl<C: CandidateSearch> State<C> {
-    pub fn new(particles: Particles, grid: Grid, workers: Arc<Workers>) -> Self {
+    pub fn new(particles: Particles, grid: Grid, workers: Arc<Workers>, time_step_s: f64) -> Self {
         let count = particles.len();
         State {
             ghosts: particles.count(Kind::Ghost),
@@ -50,6 +65,8 @@ impl<C: CandidateSearch> State<C> {
             particles,
             workers,
             step: 0,
+            time_s: 0.0,
+            time_step_s,
             pressure: None,
             fresh: false,
         }
@@ -81,6 +98,9 @@ impl<C: CandidateSearch> State<C> {
     }
 
     fn sort_into_buckets(&mut self) -> Result<(), SimulationError> {
+        if self.buckets.grid.domain().periodic != [false; 3] {
+            self.bring_back_into_period();
+        }
         let Particles { kind, position, .. } = &self.particles;
         let assigned = self.buckets.assign(kind, position, self.workers.scheduled());
         if let Some(particle) = assigned.not_finite {
@@ -92,6 +112,34 @@ impl<C: CandidateSearch> State<C> {
         }
         self.candidates.build(&self.buckets, &self.workers);
         Ok(())
+    }
+
+    /// Moves particles that crossed the end of a periodic axis to where they come in again.
+    fn bring_back_into_period(&mut self) {
+        let Domain { low, high, periodic } = *self.buckets.grid.domain();
+        let position = Rows::new(&mut self.particles.position);
+        self.workers.scheduled().fill(position, |_, position| {
+            for x in position {
+                for d in (0..3).filter(|&d| periodic[d]) {
+                    // Positions that are not finite stay as they are, for the assignment to find.
+                    if x[d] < low[d] || x[d] >= high[d] {
+                        let period = high[d] - low[d];
+                        let inside = x[d] - period * ((x[d] - low[d]) / period).floor();
+                        x[d] = if inside < high[d] { inside } else { low[d] };
+                    }
+                }
+            }
+        });
+    }
+
+    /// Shows the particles' columns and the numbers of the step.
+    pub fn visit(&mut self, visitor: &mut Visitor<'_>) {
+        self.particles.visit(visitor);
+        visitor("step", Column::Count(&mut self.step));
+        visitor("ghosts", Column::Count(&mut self.ghosts));
+        visitor("time", Column::Number(&mut self.time_s));
+        visitor("time_step", Column::Number(&mut self.time_step_s));
+        self.fresh = false;
     }
 
     /// Turns particles that are in no bucket into ghosts: out of all sums for good, velocity and pressure zero.
@@ -128,13 +176,25 @@ impl<C: CandidateSearch> State<C> {
 
     /// The neighbour search beside exclusive access to the accelerations, for a stage that adds forces.
     pub fn forces(&mut self) -> Forces<'_, C> {
-        let Particles { kind, position, velocity, acceleration, pressure, .. } = &mut self.particles;
+        let Particles {
+            kind,
+            position,
+            velocity,
+            acceleration,
+            pressure,
+            number_density: _,
+            group,
+            temperature,
+            temperature_rate,
+            concentration,
+            concentration_rate,
+        } = &mut self.particles;
         Forces {
             near: Neighborhood { candidates: &self.candidates, buckets: &self.buckets, positions: position },
-            kind,
-            velocity,
-            pressure,
+            fields: Fields { kind, group, velocity, pressure, temperature, concentration },
             acceleration,
+            temperature_rate,
+            concentration_rate,
             team: self.workers.scheduled(),
         }
     }
@@ -165,13 +225,34 @@ impl<C: CandidateSearch> State<C> {
     }
 }
 
-/// What a stage needs that adds to the accelerations of fluid particles.
+/// The columns that stages read while they add to rates. Those that the scene does not call for are empty.
+#[derive(Debug, Clone, Copy)]
+pub struct Fields<'a> {
+    pub kind: &'a [Kind],
+    pub group: &'a [u8],
+    pub velocity: &'a [Vec3],
+    pub pressure: &'a [f64],
+    pub temperature: &'a [f64],
+    pub concentration: &'a [f64],
+}
+
+impl Fields<'_> {
+    /// The group of a particle, 0 where the scene names none.
+    #[inline(always)]
+    pub fn group_of(&self, i: usize) -> u8 {
+        self.group.get(i).copied().unwrap_or(0)
+    }
+}
+
+/// What a stage needs that adds to the rates of change of particles.
 #[derive(Debug)]
 pub struct Forces<'a, C> {
     pub near: Neighborhood<'a, C>,
-    pub kind: &'a [Kind],
-    pub velocity: &'a [Vec3],
-    pub pressure: &'a [f64],
+    pub fields: Fields<'a>,
     pub acceleration: &'a mut [Vec3],
+    /// Empty in a scene without heat.
+    pub temperature_rate: &'a mut [f64],
+    /// Empty in a scene without a passive scalar.
+    pub concentration_rate: &'a mut [f64],
     pub team: Team<'a>,
 }

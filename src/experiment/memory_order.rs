@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::InitialParticle;
-use crate::engine::search::grid::{Grid, TooManyBuckets};
+use crate::engine::search::grid::{BadDomain, Grid};
 
 /// How particles follow one another in every column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +41,7 @@ impl MemoryOrder {
         self,
         particles: &[InitialParticle],
         parameters: &Parameters,
-    ) -> Result<Vec<InitialParticle>, TooManyBuckets> {
+    ) -> Result<Vec<InitialParticle>, BadDomain> {
         let mut arranged = particles.to_vec();
         match self {
             MemoryOrder::AsAged => {}

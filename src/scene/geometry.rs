@@ -11,6 +11,7 @@ pub const MAX_LATTICE_POINTS: usize = 1 << 31;
 
 /// A lattice, the regions that say which of its points carry which particle, and particles beside it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
     pub lattice: Lattice,
@@ -24,6 +25,7 @@ pub struct Geometry {
 
 /// Points `x = l0 i` with `i` from `-layers` to `extent / l0 + layers` in each direction, x outermost, z innermost.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Lattice {
     pub extent_m: Vec3,
@@ -32,6 +34,7 @@ pub struct Lattice {
 
 /// A box `from < x <= to`, its faces moved outwards by whole layers.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Region {
     pub fill: Fill,
@@ -47,6 +50,7 @@ pub struct Region {
 
 /// What a region holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Fill {
     Fluid,
@@ -68,6 +72,7 @@ impl Fill {
 
 /// One particle wherever the scene wants it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SingleParticle {
     pub kind: SingleKind,
@@ -78,6 +83,7 @@ pub struct SingleParticle {
 
 /// What a single particle is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SingleKind {
     Fluid,

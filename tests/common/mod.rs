@@ -53,7 +53,7 @@ pub fn run_scene(scene: &Scene, run: &Run<'_>) -> (Box<dyn Simulation>, StepRepo
     let workers = Arc::new(Workers::new(run.threads, options.schedule, &[]).unwrap());
     let start = Start { particles: &particles, steps_done: 0 };
     let mut simulation = simulation::build(&scene.parameters(&particles), &options, start, workers).unwrap();
-    let mut report = StepReport { step: 0, ghosts: 0, pressure: None };
+    let mut report = StepReport::default();
     for _ in 0..run.steps {
         report = simulation.step(&mut NoProbe).unwrap();
     }

@@ -30,7 +30,6 @@ pub struct Collisions {
     distance_m: f64,
     /// `(1 + restitution) / 2`.
     share: f64,
-    time_step_s: f64,
     velocity_after: Vec<Vec3>,
 }
 
@@ -39,7 +38,6 @@ impl Collisions {
         Collisions {
             distance_m: collision.distance * parameters.particle_distance_m,
             share: (1.0 + collision.restitution) / 2.0,
-            time_step_s: parameters.time_step_s,
             velocity_after: state.workers.column(state.particles.len(), ZERO),
         }
     }
@@ -78,7 +76,7 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for Collisions {
         within(probe, Phase::Collision, || {
             self.collide::<C, T>(state, &broken);
             state.require_finite(&broken, Phase::Collision, "velocity")?;
-            take_over(&self.velocity_after, self.time_step_s, state);
+            take_over(&self.velocity_after, state);
             Ok(())
         })
     }

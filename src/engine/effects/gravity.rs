@@ -3,7 +3,6 @@
 use crate::base::parallel::Rows;
 use crate::base::vec3::{Vec3, add};
 use crate::engine::error::SimulationError;
-use crate::engine::particles::Kind;
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::search::CandidateSearch;
 use crate::engine::stage::{Stage, State};
@@ -20,8 +19,8 @@ impl<C: CandidateSearch, T> Stage<C, T> for Gravity {
         within(probe, Phase::Gravity, || {
             let forces = state.forces();
             forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
-                for (&kind, a) in forces.kind[range].iter().zip(acceleration) {
-                    if kind == Kind::Fluid {
+                for (&kind, a) in forces.fields.kind[range].iter().zip(acceleration) {
+                    if kind.moves() {
                         *a = add(*a, self.acceleration_m_s2);
                     }
                 }

@@ -11,19 +11,15 @@ use crate::engine::stage::{Stage, State};
 
 /// The explicit half of the step: `u += a dt`, then `x += u dt`.
 #[derive(Debug, Clone, Copy)]
-pub struct Predictor {
-    pub time_step_s: f64,
-}
+pub struct Predictor;
 
 /// The correction by the pressure gradient: `u += a dt`, `x += a dt^2`.
 #[derive(Debug, Clone, Copy)]
-pub struct Corrector {
-    pub time_step_s: f64,
-}
+pub struct Corrector;
 
 impl<C: CandidateSearch, T> Stage<C, T> for Predictor {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
-        let dt = self.time_step_s;
+        let dt = state.time_step_s;
         within(probe, Phase::Move, || {
             advance(state, |x, u, a| {
                 *u = add_scaled(*u, dt, a);
@@ -36,7 +32,7 @@ impl<C: CandidateSearch, T> Stage<C, T> for Predictor {
 
 impl<C: CandidateSearch, T> Stage<C, T> for Corrector {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
-        let dt = self.time_step_s;
+        let dt = state.time_step_s;
         within(probe, Phase::Correction, || {
             advance(state, |x, u, a| {
                 *u = add_scaled(*u, dt, a);
@@ -47,7 +43,7 @@ impl<C: CandidateSearch, T> Stage<C, T> for Corrector {
     }
 }
 
-/// Moves every fluid particle and sets its acceleration back to zero for the stage that follows.
+/// Moves every particle of fluid and bodies, and sets its acceleration back to zero for the stage that follows.
 fn advance<C: CandidateSearch>(
     state: &mut State<C>,
     motion: impl Fn(&mut [f64; 3], &mut [f64; 3], [f64; 3]) + Sync,
@@ -56,7 +52,7 @@ fn advance<C: CandidateSearch>(
     let columns = (Rows::new(position), Rows::new(velocity), Rows::new(acceleration));
     state.workers.scheduled().fill(columns, |range, (position, velocity, acceleration)| {
         for (k, &kind) in kind[range].iter().enumerate() {
-            if kind == Kind::Fluid {
+            if kind.moves() {
                 motion(&mut position[k], &mut velocity[k], acceleration[k]);
             }
             acceleration[k] = ZERO;
@@ -67,7 +63,8 @@ fn advance<C: CandidateSearch>(
 
 /// Gives every fluid particle the velocity it has after an impact, and moves it as if it had had it in this step:
 /// `x += (u_after - u) dt`, `u = u_after`.
-pub fn take_over<C: CandidateSearch>(velocity_after: &[Vec3], time_step_s: f64, state: &mut State<C>) {
+pub fn take_over<C: CandidateSearch>(velocity_after: &[Vec3], state: &mut State<C>) {
+    let time_step_s = state.time_step_s;
     let Particles { kind, position, velocity, .. } = &mut state.particles;
     let columns = (Rows::new(position), Rows::new(velocity));
     state.workers.scheduled().fill(columns, |range, (position, velocity)| {

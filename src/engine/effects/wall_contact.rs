@@ -47,7 +47,6 @@ pub struct WallContacts {
     height_m: f64,
     reach_m: f64,
     radius_m: f64,
-    time_step_s: f64,
     facing: Facing,
     /// The unit normal out of the wall of each wall particle on its surface, zero for all others. Walls stand still, so
     /// it is worked out once, in the first step.
@@ -87,7 +86,6 @@ impl WallContacts {
             height_m: contact.height * l0,
             reach_m: contact.reach * l0,
             radius_m: contact.radius() * l0,
-            time_step_s: parameters.time_step_s,
             facing: Facing { radius_m: parameters.number_density_radius_m(), least_m: SURFACE * l0 },
             normal: state.workers.column(state.particles.len(), ZERO),
             normals_known: false,
@@ -144,7 +142,7 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for WallContacts {
             }
             self.touch::<C, T>(state, &broken);
             state.require_finite(&broken, Phase::WallContact, "velocity")?;
-            take_over(&self.velocity_after, self.time_step_s, state);
+            take_over(&self.velocity_after, state);
             Ok(())
         })
     }

@@ -52,8 +52,8 @@ impl Unknowns {
             for (i, label) in range.zip(label) {
                 *label = match kind[i] {
                     Kind::DummyWall | Kind::Ghost => Label::Outside,
-                    Kind::Fluid | Kind::Wall if number_density[i] < threshold => Label::Surface,
-                    Kind::Fluid | Kind::Wall => Label::Inner,
+                    Kind::Fluid | Kind::Wall | Kind::Body if number_density[i] < threshold => Label::Surface,
+                    Kind::Fluid | Kind::Wall | Kind::Body => Label::Inner,
                 };
             }
         });

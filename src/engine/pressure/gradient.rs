@@ -6,9 +6,8 @@
 use crate::base::parallel::{FirstIndex, Rows};
 use crate::base::vec3::{ZERO, add_scaled, is_finite};
 use crate::engine::error::SimulationError;
-use crate::engine::kernel::{DIMENSIONS, Kernel, weight};
+use crate::engine::kernel::{Kernel, weight};
 use crate::engine::parameters::Parameters;
-use crate::engine::particles::Kind;
 use crate::engine::phase::Phase;
 use crate::engine::pressure::Pressure;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
@@ -30,7 +29,7 @@ impl PressureGradient {
         let n0 = parameters.reference(radius_m).number_density;
         PressureGradient {
             kernel: pressure.kernel(radius_m, parameters),
-            factor: -(DIMENSIONS / (n0 * parameters.density_kg_m3)),
+            factor: -(parameters.dimensions.count() / (n0 * parameters.density_kg_m3)),
             minimum: state.workers.column(state.particles.len(), 0.0),
         }
     }
@@ -78,7 +77,7 @@ impl PressureGradient {
         });
     }
 
-    /// Phase `pressure_gradient`, of fluid particles.
+    /// Phase `pressure_gradient`, of fluid particles and bodies.
     pub fn accelerate<C: CandidateSearch, T: DistanceTest>(
         &self,
         unknowns: &Unknowns,
@@ -86,11 +85,11 @@ impl PressureGradient {
     ) -> Result<(), SimulationError> {
         let broken = FirstIndex::default();
         let forces = state.forces();
-        let (near, pressure, label) = (&forces.near, forces.pressure, &unknowns.label);
-        let kernel = self.kernel;
+        let (near, fields, label) = (&forces.near, forces.fields, &unknowns.label);
+        let (kernel, pressure) = (self.kernel, fields.pressure);
         forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
             for (i, a) in range.zip(acceleration) {
-                if forces.kind[i] != Kind::Fluid {
+                if !fields.kind[i].moves() {
                     continue;
                 }
                 let (mut sum, minimum) = (ZERO, self.minimum[i]);

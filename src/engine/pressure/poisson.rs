@@ -21,10 +21,10 @@ pub struct Poisson {
     kernel: Kernel,
     /// `2D / (n0_L lambda rho)`.
     coefficient: f64,
-    /// `alpha / dt^2`.
-    compressibility: f64,
-    /// `gamma / dt^2`.
-    relaxation: f64,
+    /// `alpha`, 1/Pa.
+    compressibility_1_pa: f64,
+    /// `gamma`.
+    source_relaxation: f64,
     /// `n0` of the number density.
     n0: f64,
     pub matrix: SparseMatrix,
@@ -35,13 +35,12 @@ pub struct Poisson {
 
 impl Poisson {
     pub fn new(pressure: Pressure, parameters: &Parameters, storage: Storage) -> Self {
-        let dt2 = parameters.time_step_s * parameters.time_step_s;
         let lattice = parameters.reference(parameters.laplacian_radius_m());
         Poisson {
             kernel: pressure.kernel(parameters.laplacian_radius_m(), parameters),
             coefficient: parameters.laplacian_factor() / parameters.density_kg_m3,
-            compressibility: pressure.compressibility_1_pa / dt2,
-            relaxation: pressure.source_relaxation / dt2,
+            compressibility_1_pa: pressure.compressibility_1_pa,
+            source_relaxation: pressure.source_relaxation,
             n0: parameters.reference(parameters.number_density_radius_m()).number_density,
             matrix: SparseMatrix::new(storage, lattice.neighbors),
             source: Vec::new(),
@@ -52,8 +51,9 @@ impl Poisson {
     /// Phase `source`.
     pub fn set_source<C: CandidateSearch>(&mut self, unknowns: &Unknowns, state: &State<C>) {
         let (n, n0) = (&state.particles.number_density, self.n0);
+        let relaxation = self.source_relaxation / (state.time_step_s * state.time_step_s);
         self.source.clear();
-        self.source.extend(unknowns.rows.iter().map(|&i| self.relaxation * ((n[i as usize] - n0) / n0)));
+        self.source.extend(unknowns.rows.iter().map(|&i| relaxation * ((n[i as usize] - n0) / n0)));
         self.quiet = unknowns.rows.iter().all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
     }
 
@@ -61,7 +61,8 @@ impl Poisson {
     pub fn assemble<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
         let near = state.neighborhood();
         let Unknowns { label, rows, row_of, .. } = unknowns;
-        let (kernel, coefficient, compressibility) = (self.kernel, self.coefficient, self.compressibility);
+        let (kernel, coefficient) = (self.kernel, self.coefficient);
+        let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
         self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
             let mut sum = 0.0;
             near.for_each_neighbor::<T>(rows[row] as usize, kernel.radius_m, |j, _, r| match label[j] {

@@ -51,24 +51,17 @@ impl CandidateSearch for AosRelocation {
     }
 
     #[inline(always)]
-    fn any_candidate(
+    fn any_in_bucket(
         &self,
-        buckets: &Buckets,
+        _buckets: &Buckets,
         _positions: &[Vec3],
-        i: usize,
-        enter: impl Fn(usize) -> bool,
+        bucket: usize,
         mut stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool {
-        let home = buckets.of_particle[i] as usize;
-        buckets.grid.neighborhood(home).any(|bucket| {
-            if !enter(bucket) {
-                return false;
-            }
-            let start = bucket * self.width;
-            let row = start..start + self.readable[bucket] as usize;
-            let (index, position) = (&self.index[row.clone()], &self.position[row]);
-            index.iter().zip(position).any(|(&j, there)| stop_at(j as usize, there))
-        })
+        let start = bucket * self.width;
+        let row = start..start + self.readable[bucket] as usize;
+        let (index, position) = (&self.index[row.clone()], &self.position[row]);
+        index.iter().zip(position).any(|(&j, there)| stop_at(j as usize, there))
     }
 
     fn bytes(&self) -> usize {
@@ -87,7 +80,7 @@ impl AosRelocation {
         if width == 0 {
             for (bucket, readable) in self.readable.iter_mut().enumerate() {
                 *readable = 0;
-                lists.any_in_bucket(bucket, |_| {
+                lists.any_in_list(bucket, |_| {
                     *readable += 1;
                     false
                 });
@@ -103,7 +96,7 @@ impl AosRelocation {
             let rows = position.chunks_exact_mut(width).zip(index.chunks_exact_mut(width)).zip(readable);
             for (bucket, ((position, index), readable)) in range.zip(rows) {
                 let mut count = 0;
-                lists.any_in_bucket(bucket, |j| {
+                lists.any_in_list(bucket, |j| {
                     if count < width {
                         (position[count], index[count]) = (positions[j], j as u32);
                     }

@@ -18,6 +18,16 @@ impl CandidateSearch for BruteForce {
 
     const RELOCATES: bool = false;
 
+    fn any_in_bucket(
+        &self,
+        buckets: &Buckets,
+        positions: &[Vec3],
+        bucket: usize,
+        mut stop_at: impl FnMut(usize, &Vec3) -> bool,
+    ) -> bool {
+        (0..positions.len()).any(|j| buckets.of_particle[j] as usize == bucket && stop_at(j, &positions[j]))
+    }
+
     fn any_candidate(
         &self,
         buckets: &Buckets,

@@ -24,7 +24,7 @@ pub struct LinkedList {
 impl LinkedList {
     /// Calls `stop_at` for the particles of `bucket` by ascending index until it returns true; tells whether it did.
     #[inline(always)]
-    pub(super) fn any_in_bucket(&self, bucket: usize, mut stop_at: impl FnMut(usize) -> bool) -> bool {
+    pub(super) fn any_in_list(&self, bucket: usize, mut stop_at: impl FnMut(usize) -> bool) -> bool {
         // `NONE` is beyond the end of every column, so that the end of the list needs no test of its own.
         let mut j = self.first[bucket] as usize;
         while let Some(next) = self.next.get(j) {
@@ -71,19 +71,14 @@ impl CandidateSearch for LinkedList {
     const RELOCATES: bool = false;
 
     #[inline(always)]
-    fn any_candidate(
+    fn any_in_bucket(
         &self,
-        buckets: &Buckets,
+        _buckets: &Buckets,
         positions: &[Vec3],
-        i: usize,
-        enter: impl Fn(usize) -> bool,
+        bucket: usize,
         mut stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool {
-        let home = buckets.of_particle[i] as usize;
-        buckets
-            .grid
-            .neighborhood(home)
-            .any(|bucket| enter(bucket) && self.any_in_bucket(bucket, |j| stop_at(j, &positions[j])))
+        self.any_in_list(bucket, |j| stop_at(j, &positions[j]))
     }
 
     fn bytes(&self) -> usize {

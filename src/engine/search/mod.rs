@@ -7,6 +7,7 @@ pub mod aos_relocation;
 pub mod brute_force;
 pub mod grid;
 pub mod linked_list;
+pub mod periodic;
 
 use std::hint::cold_path;
 
@@ -31,17 +32,33 @@ pub trait CandidateSearch: Send + Sync + Sized {
     /// Copies positions to where the search reads them.
     fn relocate(&mut self, _positions: &[Vec3], _team: Team<'_>) {}
 
+    /// Calls `stop_at(j, x_j)` for the particles `j` in `bucket` by ascending index, until it returns true; tells whether
+    /// it did.
+    fn any_in_bucket(
+        &self,
+        buckets: &Buckets,
+        positions: &[Vec3],
+        bucket: usize,
+        stop_at: impl FnMut(usize, &Vec3) -> bool,
+    ) -> bool;
+
     /// Calls `stop_at(j, x_j)` for the candidates `j` of particle `i`, itself among them, bucket by bucket in the order
-    /// of [`Grid::neighborhood`] and by ascending index within a bucket, until it returns true; tells whether it did.
-    /// Passes over the buckets that `enter` does not hold for.
+    /// of [`Grid::neighborhood`], until it returns true; tells whether it did. Passes over the buckets that `enter` does
+    /// not hold for.
+    #[inline(always)]
     fn any_candidate(
         &self,
         buckets: &Buckets,
         positions: &[Vec3],
         i: usize,
         enter: impl Fn(usize) -> bool,
-        stop_at: impl FnMut(usize, &Vec3) -> bool,
-    ) -> bool;
+        mut stop_at: impl FnMut(usize, &Vec3) -> bool,
+    ) -> bool {
+        let home = buckets.of_particle[i] as usize;
+        buckets.grid.neighborhood(home).any(|bucket| {
+            enter(bucket) && self.any_in_bucket(buckets, positions, bucket, |j, there| stop_at(j, there))
+        })
+    }
 
     /// Bytes that the search's own arrays take.
     fn bytes(&self) -> usize;

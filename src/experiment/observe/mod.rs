@@ -94,6 +94,7 @@ fn kind_of(error: &SimulationError) -> &'static str {
     match error {
         SimulationError::Coincident { .. } => "coincident",
         SimulationError::NotFinite { .. } => "not_finite",
+        SimulationError::StepTooShort { .. } => "step_too_short",
         SimulationError::Solver { .. } => "solver",
     }
 }

@@ -203,7 +203,7 @@ mod tests {
             at(Kind::DummyWall, 2.0),
             at(Kind::Fluid, 99.0),
         ];
-        let domain = Domain { low: [-1.0; 3], high: [3.0; 3] };
+        let domain = Domain::new([-1.0; 3], [3.0; 3]);
         let geometry = Geometry { domain, bucket_side_m: 2.0, radius_m: 1.5 };
         for (threads, test) in [(1, Test::Sqrt), (2, Test::Squared)] {
             let workers = Workers::new(threads, Schedule::Static, &[]).unwrap();

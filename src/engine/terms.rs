@@ -1,0 +1,168 @@
+//! Pair terms: what an effect adds for each pair of neighbours, and the one walk that serves several of them.
+//!
+//! A term knows no search and a search no term. A walk over one term is compiled for it alone; terms of one stage and
+//! radius are joined in a tuple and share a walk, whose price is mostly that of finding the pairs. Which terms there are
+//! is decided once, when the simulation is built.
+
+use crate::base::parallel::{FirstIndex, Rows};
+use crate::base::vec3::{Vec3, is_finite};
+use crate::engine::error::SimulationError;
+use crate::engine::kernel::weight;
+use crate::engine::particles::Kind;
+use crate::engine::phase::{Phase, Probe, within};
+use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::stage::{Fields, Forces, Stage, State};
+
+/// A neighbour `j` of particle `i`.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    pub i: usize,
+    pub j: usize,
+    /// `x_j - x_i`, metres.
+    pub r_ij: Vec3,
+    /// `|r_ij|`, metres.
+    pub r: f64,
+    /// `w(r, re)` at the walk's radius, dimensionless.
+    pub w: f64,
+}
+
+/// The rates of one particle, to which terms add.
+#[derive(Debug)]
+pub struct Rates<'a> {
+    /// Metres per second squared.
+    pub acceleration: &'a mut Vec3,
+    /// Kelvin per second; `None` in a scene without heat.
+    pub temperature: Option<&'a mut f64>,
+    /// Per second; `None` in a scene without a passive scalar.
+    pub concentration: Option<&'a mut f64>,
+}
+
+/// What an effect adds for each pair. Each particle gathers its own sum, in the order in which its neighbours come.
+pub trait PairTerm: Send + Sync {
+    type Sum: Default;
+
+    /// Adds the share of one neighbour.
+    fn add(&self, sum: &mut Self::Sum, pair: &Pair, fields: &Fields<'_>);
+
+    /// Adds what the sum makes of particle `i` to its rates.
+    fn finish(&self, sum: Self::Sum, i: usize, fields: &Fields<'_>, rates: &mut Rates<'_>);
+
+    /// Whether particles of a kind gather a sum at all.
+    fn acts_on(&self, kind: Kind) -> bool {
+        kind.moves()
+    }
+
+    /// Bytes of the term's own columns.
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// A term that may not be there: the branch goes the same way for every pair of a run.
+impl<P: PairTerm> PairTerm for Option<P> {
+    type Sum = P::Sum;
+
+    #[inline(always)]
+    fn add(&self, sum: &mut P::Sum, pair: &Pair, fields: &Fields<'_>) {
+        if let Some(term) = self {
+            term.add(sum, pair, fields);
+        }
+    }
+
+    #[inline(always)]
+    fn finish(&self, sum: P::Sum, i: usize, fields: &Fields<'_>, rates: &mut Rates<'_>) {
+        if let Some(term) = self {
+            term.finish(sum, i, fields, rates);
+        }
+    }
+
+    fn acts_on(&self, kind: Kind) -> bool {
+        self.as_ref().is_some_and(|term| term.acts_on(kind))
+    }
+
+    fn bytes(&self) -> usize {
+        self.as_ref().map_or(0, PairTerm::bytes)
+    }
+}
+
+/// Two terms in one walk; more of them are pairs of pairs.
+impl<A: PairTerm, B: PairTerm> PairTerm for (A, B) {
+    type Sum = (A::Sum, B::Sum);
+
+    #[inline(always)]
+    fn add(&self, sum: &mut Self::Sum, pair: &Pair, fields: &Fields<'_>) {
+        self.0.add(&mut sum.0, pair, fields);
+        self.1.add(&mut sum.1, pair, fields);
+    }
+
+    #[inline(always)]
+    fn finish(&self, sum: Self::Sum, i: usize, fields: &Fields<'_>, rates: &mut Rates<'_>) {
+        if self.0.acts_on(fields.kind[i]) {
+            self.0.finish(sum.0, i, fields, rates);
+        }
+        if self.1.acts_on(fields.kind[i]) {
+            self.1.finish(sum.1, i, fields, rates);
+        }
+    }
+
+    fn acts_on(&self, kind: Kind) -> bool {
+        self.0.acts_on(kind) || self.1.acts_on(kind)
+    }
+
+    fn bytes(&self) -> usize {
+        self.0.bytes() + self.1.bytes()
+    }
+}
+
+/// The stage that walks once over all pairs within a radius, for all its terms.
+#[derive(Debug)]
+pub struct PairPass<P> {
+    pub term: P,
+    /// Metres.
+    pub radius_m: f64,
+    /// That of the term or, where several share the walk, [`Phase::PairTerms`].
+    pub phase: Phase,
+}
+
+impl<C: CandidateSearch, T: DistanceTest, P: PairTerm> Stage<C, T> for PairPass<P> {
+    fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
+        state.refresh(probe)?;
+        let broken = FirstIndex::default();
+        within(probe, self.phase, || self.walk::<C, T>(state, &broken));
+        state.require_finite(&broken, self.phase, "acceleration")
+    }
+
+    fn bytes(&self) -> usize {
+        self.term.bytes()
+    }
+}
+
+impl<P: PairTerm> PairPass<P> {
+    fn walk<C: CandidateSearch, T: DistanceTest>(&self, state: &mut State<C>, broken: &FirstIndex) {
+        let Forces { near, fields, acceleration, temperature_rate, concentration_rate, team, .. } =
+            state.forces();
+        let (term, radius_m) = (&self.term, self.radius_m);
+        let columns =
+            (Rows::new(acceleration), Rows::if_there(temperature_rate), Rows::if_there(concentration_rate));
+        team.fill(columns, |range, (acceleration, temperature, concentration)| {
+            for (k, i) in range.enumerate() {
+                if !term.acts_on(fields.kind[i]) {
+                    continue;
+                }
+                let mut sum = P::Sum::default();
+                near.for_each_neighbor::<T>(i, radius_m, |j, r_ij, r| {
+                    term.add(&mut sum, &Pair { i, j, r_ij, r, w: weight(r, radius_m) }, &fields);
+                });
+                let mut rates = Rates {
+                    acceleration: &mut acceleration[k],
+                    temperature: temperature.get_mut(k),
+                    concentration: concentration.get_mut(k),
+                };
+                term.finish(sum, i, &fields, &mut rates);
+                if !is_finite(acceleration[k]) {
+                    broken.record(i);
+                }
+            }
+        });
+    }
+}
