@@ -87,7 +87,7 @@ pub struct Domain {
 
 impl Domain {
     /// A box that repeats itself along no axis.
-    pub fn new(low: Vec3, high: Vec3) -> Self {
+    pub const fn new(low: Vec3, high: Vec3) -> Self {
         Domain { low, high, periodic: [false; 3] }
     }
 }
