@@ -1,5 +1,6 @@
 //! Scenes: what to simulate, as a TOML file says it.
 
+pub mod checkpoint;
 pub mod geometry;
 pub mod library;
 pub mod snapshot;
