@@ -182,6 +182,14 @@ impl Scene {
         (self.end_time_s / self.time_step_s - 1e-9).ceil().max(0.0) as usize
     }
 
+    /// Whether a simulation of the scene has come to its end. The number of steps decides where all are equally long.
+    pub fn is_over(&self, steps_done: usize, time_s: f64) -> bool {
+        match self.adaptive_time_step {
+            None => steps_done >= self.steps(),
+            Some(_) => time_s >= self.end_time_s || steps_done >= MAX_STEPS,
+        }
+    }
+
     /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
     pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
         let single = self.geometry.particle.len() as f64;

@@ -82,6 +82,28 @@ const NEEDS: [(&str, &str, &str); 0] = [];
 const EXCLUDES: [(&str, &str, &str); 0] = [];
 
 impl EffectsSpec {
+    /// An effect of `named` with those that cannot be without it, in the order of the list.
+    pub fn with_dependents(effect: &str, named: &[&'static str]) -> Vec<&'static str> {
+        let mut gone: Vec<&str> = vec![effect];
+        while let Some((dependent, _, _)) =
+            NEEDS.iter().find(|(dependent, needed, _)| gone.contains(needed) && !gone.contains(dependent))
+        {
+            gone.push(dependent);
+        }
+        named.iter().copied().filter(|name| gone.contains(name)).collect()
+    }
+
+    /// An effect of `named` with those that it needs, in the order of the list.
+    pub fn with_needs(effect: &str, named: &[&'static str]) -> Vec<&'static str> {
+        let mut kept: Vec<&str> = vec![effect];
+        while let Some((_, needed, _)) =
+            NEEDS.iter().find(|(dependent, needed, _)| kept.contains(dependent) && !kept.contains(needed))
+        {
+            kept.push(needed);
+        }
+        named.iter().copied().filter(|name| kept.contains(name)).collect()
+    }
+
     /// Refuses effects without what they need, and those that contradict each other.
     fn fit_together(&self, check: Check<'_>) -> Result<(), InputError> {
         let named = self.named();
