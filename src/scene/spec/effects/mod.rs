@@ -4,6 +4,7 @@
 mod collision;
 mod gravity;
 mod pressure;
+mod pressure_options;
 mod viscosity;
 mod wall_contact;
 
