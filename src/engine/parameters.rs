@@ -1,7 +1,9 @@
 //! The constants of a simulation, as data: what a scene says about the fluid, the scheme and its effects.
 
 use crate::base::vec3::Vec3;
+use crate::engine::effects::buoyancy::Buoyancy;
 use crate::engine::effects::collision::Collision;
+use crate::engine::effects::diffusion::Diffusion;
 use crate::engine::effects::gravity::Gravity;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
@@ -96,7 +98,10 @@ impl Domain {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
     pub gravity: Option<Gravity>,
+    pub buoyancy: Option<Buoyancy>,
     pub viscosity: Option<Viscosity>,
+    pub heat: Option<Diffusion>,
+    pub scalar: Option<Diffusion>,
     pub collision: Option<Collision>,
     pub wall_contact: Option<WallContact>,
     pub pressure: Option<Pressure>,

@@ -59,11 +59,23 @@ pub struct InitialParticle {
     pub pressure: f64,
     /// Which of the scene's named groups it belongs to; 0 where a scene names none.
     pub group: u8,
+    /// Kelvin.
+    pub temperature: f64,
+    /// Of the passive scalar.
+    pub concentration: f64,
 }
 
 impl InitialParticle {
     pub fn at_rest(kind: Kind, position: Vec3) -> Self {
-        InitialParticle { kind, position, velocity: ZERO, pressure: 0.0, group: 0 }
+        InitialParticle {
+            kind,
+            position,
+            velocity: ZERO,
+            pressure: 0.0,
+            group: 0,
+            temperature: 0.0,
+            concentration: 0.0,
+        }
     }
 }
 
@@ -123,6 +135,24 @@ impl Particles {
         self.number_density = workers.column(self.len(), 0.0);
         for (pressure, particle) in self.pressure.iter_mut().zip(initial) {
             *pressure = particle.pressure;
+        }
+    }
+
+    /// Adds the columns that heat needs.
+    pub fn add_temperature(&mut self, initial: &[InitialParticle], workers: &Workers) {
+        self.temperature_rate = workers.column(self.len(), 0.0);
+        self.temperature = workers.column(self.len(), 0.0);
+        for (temperature, particle) in self.temperature.iter_mut().zip(initial) {
+            *temperature = particle.temperature;
+        }
+    }
+
+    /// Adds the columns that a passive scalar needs.
+    pub fn add_concentration(&mut self, initial: &[InitialParticle], workers: &Workers) {
+        self.concentration_rate = workers.column(self.len(), 0.0);
+        self.concentration = workers.column(self.len(), 0.0);
+        for (concentration, particle) in self.concentration.iter_mut().zip(initial) {
+            *concentration = particle.concentration;
         }
     }
 

@@ -6,7 +6,10 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Phase {
     Gravity,
+    Buoyancy,
     Viscosity,
+    Heat,
+    Scalar,
     PairTerms,
     Move,
     Collision,
@@ -27,9 +30,12 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 18] = [
+    pub const ALL: [Phase; 21] = [
         Phase::Gravity,
+        Phase::Buoyancy,
         Phase::Viscosity,
+        Phase::Heat,
+        Phase::Scalar,
         Phase::PairTerms,
         Phase::Move,
         Phase::Collision,
@@ -51,7 +57,10 @@ impl Phase {
     pub fn name(self) -> &'static str {
         match self {
             Phase::Gravity => "gravity",
+            Phase::Buoyancy => "buoyancy",
             Phase::Viscosity => "viscosity",
+            Phase::Heat => "heat",
+            Phase::Scalar => "scalar",
             Phase::PairTerms => "pair_terms",
             Phase::Move => "move",
             Phase::Collision => "collision",
@@ -76,6 +85,8 @@ impl Phase {
         matches!(
             self,
             Phase::Viscosity
+                | Phase::Heat
+                | Phase::Scalar
                 | Phase::PairTerms
                 | Phase::Collision
                 | Phase::WallContact

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use crate::base::parallel::Workers;
 use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
+use crate::engine::effects::diffusion::advance::Advance;
+use crate::engine::effects::diffusion::{self, Concentration, Temperature};
 use crate::engine::effects::motion::{Corrector, Predictor};
 use crate::engine::effects::viscosity::ExplicitViscosity;
 use crate::engine::effects::wall_contact::WallContacts;
@@ -33,13 +35,25 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
 ) -> Vec<Box<dyn Stage<C, T>>> {
     let effects = &parameters.effects;
     let mut stages: Vec<Box<dyn Stage<C, T>>> = Vec::new();
-    if let Some(gravity) = effects.gravity {
+    let weightless = effects.buoyancy.is_some_and(|buoyancy| buoyancy.without_weight);
+    if let Some(gravity) = effects.gravity.filter(|_| !weightless) {
         stages.push(Box::new(gravity));
+    }
+    if let Some(buoyancy) = effects.buoyancy {
+        stages.push(Box::new(buoyancy));
     }
     if let Some(viscosity) = effects.viscosity {
         let term = ExplicitViscosity::new(viscosity, parameters);
         let radius_m = parameters.laplacian_radius_m();
         stages.push(Box::new(PairPass { term, radius_m, phase: Phase::Viscosity }));
+    }
+    if let Some(heat) = &effects.heat {
+        stages.push(diffusion::stage::<Temperature, C, T>(heat, parameters));
+        stages.push(Box::new(Advance::<Temperature>::new(heat, parameters)));
+    }
+    if let Some(scalar) = &effects.scalar {
+        stages.push(diffusion::stage::<Concentration, C, T>(scalar, parameters));
+        stages.push(Box::new(Advance::<Concentration>::new(scalar, parameters)));
     }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
@@ -231,6 +245,12 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
     let mut particles = Particles::new(start.particles, &workers);
     if parameters.effects.pressure.is_some() {
         particles.add_pressure_columns(start.particles, &workers);
+    }
+    if parameters.effects.heat.is_some() {
+        particles.add_temperature(start.particles, &workers);
+    }
+    if parameters.effects.scalar.is_some() {
+        particles.add_concentration(start.particles, &workers);
     }
     if !parameters.groups.is_empty() {
         particles.add_groups(start.particles, &workers);

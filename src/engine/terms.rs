@@ -41,6 +41,9 @@ pub struct Rates<'a> {
 pub trait PairTerm: Send + Sync {
     type Sum: Default;
 
+    /// Takes note of where particles are before a walk: their buckets are those of the present positions.
+    fn prepare<C: CandidateSearch, T: DistanceTest>(&mut self, _state: &State<C>) {}
+
     /// Adds the share of one neighbour.
     fn add(&self, sum: &mut Self::Sum, pair: &Pair, fields: &Fields<'_>);
 
@@ -61,6 +64,12 @@ pub trait PairTerm: Send + Sync {
 /// A term that may not be there: the branch goes the same way for every pair of a run.
 impl<P: PairTerm> PairTerm for Option<P> {
     type Sum = P::Sum;
+
+    fn prepare<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
+        if let Some(term) = self {
+            term.prepare::<C, T>(state);
+        }
+    }
 
     #[inline(always)]
     fn add(&self, sum: &mut P::Sum, pair: &Pair, fields: &Fields<'_>) {
@@ -88,6 +97,11 @@ impl<P: PairTerm> PairTerm for Option<P> {
 /// Two terms in one walk; more of them are pairs of pairs.
 impl<A: PairTerm, B: PairTerm> PairTerm for (A, B) {
     type Sum = (A::Sum, B::Sum);
+
+    fn prepare<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
+        self.0.prepare::<C, T>(state);
+        self.1.prepare::<C, T>(state);
+    }
 
     #[inline(always)]
     fn add(&self, sum: &mut Self::Sum, pair: &Pair, fields: &Fields<'_>) {
@@ -128,7 +142,10 @@ impl<C: CandidateSearch, T: DistanceTest, P: PairTerm> Stage<C, T> for PairPass<
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
         state.refresh(probe)?;
         let broken = FirstIndex::default();
-        within(probe, self.phase, || self.walk::<C, T>(state, &broken));
+        within(probe, self.phase, || {
+            self.term.prepare::<C, T>(state);
+            self.walk::<C, T>(state, &broken);
+        });
         state.require_finite(&broken, self.phase, "acceleration")
     }
 

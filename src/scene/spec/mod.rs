@@ -87,6 +87,17 @@ pub struct GroupSpec {
     pub name: String,
     pub density_kg_m3: Option<f64>,
     pub kinematic_viscosity_m2_s: Option<f64>,
+    pub conductivity_w_m_k: Option<f64>,
+    pub heat_capacity_j_kg_k: Option<f64>,
+    pub thermal_diffusivity_m2_s: Option<f64>,
+    /// Of fluid at the start; of walls throughout, at their surface.
+    pub temperature_k: Option<f64>,
+    /// What enters the fluid through walls of the group; nothing where neither it nor a temperature is given.
+    pub heat_flux_w_m2: Option<f64>,
+    /// Of the passive scalar.
+    pub diffusivity_m2_s: Option<f64>,
+    /// Of fluid at the start; of walls throughout, at their surface.
+    pub concentration: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -173,7 +184,7 @@ impl Scene {
         }
         check.not_negative("domain.margin_m", self.domain.margin_m)?;
         check.not_negative("domain.headroom_m", self.domain.headroom_m)?;
-        self.effects.check(check)?;
+        self.effects.check(check, self)?;
         self.geometry.check(check, self.particle_distance_m)
     }
 
@@ -244,6 +255,27 @@ impl Scene {
         Property::ByGroup(self.group_names().iter().map(value).collect())
     }
 
+    /// What `of` makes of each group, in the order of their numbers.
+    pub fn by_group<V>(&self, of: impl Fn(Option<&GroupSpec>) -> V) -> Vec<V> {
+        let named = |name: &String| self.group.iter().find(|group| group.name == *name);
+        self.group_names().iter().map(|name| of(named(name))).collect()
+    }
+
+    /// Gives every particle the temperature and the concentration of its group, or else of the effect's table.
+    fn set_carried(&self, particles: &mut [InitialParticle]) {
+        let temperatures = self.by_group(|group| group.and_then(|group| group.temperature_k));
+        let concentrations = self.by_group(|group| group.and_then(|group| group.concentration));
+        let own = |values: &[Option<f64>], group: u8| values.get(group as usize).copied().flatten();
+        for particle in particles {
+            if let Some(heat) = &self.effects.heat {
+                particle.temperature = own(&temperatures, particle.group).unwrap_or(heat.initial_k);
+            }
+            if let Some(scalar) = &self.effects.scalar {
+                particle.concentration = own(&concentrations, particle.group).unwrap_or(scalar.initial);
+            }
+        }
+    }
+
     /// The groups by number; the first is that of particles whose region names none.
     fn group_names(&self) -> Vec<String> {
         Vec::new()
@@ -251,7 +283,8 @@ impl Scene {
 
     /// The particles at the start, in the order of their identities.
     pub fn particles(&self, file: &str) -> Result<Vec<InitialParticle>, InputError> {
-        let particles = self.geometry.fill(self.particle_distance_m);
+        let mut particles = self.geometry.fill(self.particle_distance_m);
+        self.set_carried(&mut particles);
         Check { file }.require(
             !particles.is_empty(),
             "geometry",

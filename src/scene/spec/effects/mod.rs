@@ -1,10 +1,13 @@
 //! The effects that a scene names, a table each: `[effects.gravity]` and so on. A new one is a file here and a line in the
 //! list below.
 
+mod buoyancy;
 mod collision;
 mod gravity;
+pub mod heat;
 mod pressure;
 mod pressure_options;
+pub mod scalar;
 mod viscosity;
 mod wall_contact;
 
@@ -21,6 +24,11 @@ pub trait EffectTable {
 
     /// Checks the table's own values; `key` is its name in errors.
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError>;
+
+    /// Checks what the scene says elsewhere about the effect, such as the groups.
+    fn check_scene(&self, _check: Check<'_>, _scene: &Scene) -> Result<(), InputError> {
+        Ok(())
+    }
 
     fn effect(&self, scene: &Scene) -> Self::Effect;
 }
@@ -49,9 +57,10 @@ macro_rules! effects {
                 named
             }
 
-            pub(super) fn check(&self, check: Check<'_>) -> Result<(), InputError> {
+            pub(super) fn check(&self, check: Check<'_>, scene: &Scene) -> Result<(), InputError> {
                 $(if let Some(table) = &self.$name {
                     table.check(check, concat!("effects.", stringify!($name)))?;
+                    table.check_scene(check, scene)?;
                 })+
                 self.fit_together(check)
             }
@@ -66,8 +75,14 @@ macro_rules! effects {
 effects! {
     /// A constant acceleration of the fluid.
     gravity: gravity::GravitySpec,
+    /// Buoyancy of warm fluid.
+    buoyancy: buoyancy::BuoyancySpec,
     /// Viscosity of a Newtonian fluid, explicit in time.
     viscosity: viscosity::ViscositySpec,
+    /// Conduction of heat.
+    heat: heat::HeatSpec,
+    /// A passive scalar that diffuses.
+    scalar: scalar::ScalarSpec,
     /// Particles that come too close collide.
     collision: collision::CollisionSpec,
     /// Fluid does not pass the plane of a wall's surface.
@@ -77,7 +92,10 @@ effects! {
 }
 
 /// An effect and one that it cannot be without, with the reason.
-const NEEDS: [(&str, &str, &str); 0] = [];
+const NEEDS: [(&str, &str, &str); 2] = [
+    ("buoyancy", "heat", "fluid rises by its temperature"),
+    ("buoyancy", "gravity", "fluid rises against gravity"),
+];
 
 /// Two effects that exclude each other, with the reason.
 const EXCLUDES: [(&str, &str, &str); 0] = [];
