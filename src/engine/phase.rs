@@ -5,9 +5,12 @@ use std::fmt;
 /// A phase of a step. Its name is the same in every table and file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Phase {
+    FlowBoundaries,
+    WallMotion,
     Gravity,
     Viscosity,
     PairTerms,
+    Frame,
     Move,
     Collision,
     WallContact,
@@ -23,14 +26,18 @@ pub enum Phase {
     MinimumPressure,
     PressureGradient,
     Correction,
+    RigidBodies,
 }
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 18] = [
+    pub const ALL: [Phase; 22] = [
+        Phase::FlowBoundaries,
+        Phase::WallMotion,
         Phase::Gravity,
         Phase::Viscosity,
         Phase::PairTerms,
+        Phase::Frame,
         Phase::Move,
         Phase::Collision,
         Phase::WallContact,
@@ -46,13 +53,17 @@ impl Phase {
         Phase::MinimumPressure,
         Phase::PressureGradient,
         Phase::Correction,
+        Phase::RigidBodies,
     ];
 
     pub fn name(self) -> &'static str {
         match self {
+            Phase::FlowBoundaries => "flow_boundaries",
+            Phase::WallMotion => "wall_motion",
             Phase::Gravity => "gravity",
             Phase::Viscosity => "viscosity",
             Phase::PairTerms => "pair_terms",
+            Phase::Frame => "frame",
             Phase::Move => "move",
             Phase::Collision => "collision",
             Phase::WallContact => "wall_contact",
@@ -68,6 +79,7 @@ impl Phase {
             Phase::MinimumPressure => "minimum_pressure",
             Phase::PressureGradient => "pressure_gradient",
             Phase::Correction => "correction",
+            Phase::RigidBodies => "rigid_bodies",
         }
     }
 

@@ -5,9 +5,13 @@ use std::sync::Arc;
 use crate::base::parallel::Workers;
 use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
+use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_outside};
+use crate::engine::effects::frame::FrameAcceleration;
 use crate::engine::effects::motion::{Corrector, Predictor};
+use crate::engine::effects::rigid_bodies::BodyMotion;
 use crate::engine::effects::viscosity::ExplicitViscosity;
 use crate::engine::effects::wall_contact::WallContacts;
+use crate::engine::effects::wall_motion::WallMotions;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
@@ -33,6 +37,12 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
 ) -> Vec<Box<dyn Stage<C, T>>> {
     let effects = &parameters.effects;
     let mut stages: Vec<Box<dyn Stage<C, T>>> = Vec::new();
+    if let Some(boundaries) = &effects.flow_boundaries {
+        stages.push(Box::new(FlowBoundary::new(boundaries.clone(), parameters, state)));
+    }
+    if let Some(motion) = &effects.wall_motion {
+        stages.push(Box::new(WallMotions::new(motion.clone(), state.time_s, state)));
+    }
     if let Some(gravity) = effects.gravity {
         stages.push(Box::new(gravity));
     }
@@ -40,6 +50,10 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
         let term = ExplicitViscosity::new(viscosity, parameters);
         let radius_m = parameters.laplacian_radius_m();
         stages.push(Box::new(PairPass { term, radius_m, phase: Phase::Viscosity }));
+    }
+    if let Some(frame) = &effects.frame {
+        let (frame, dimensions) = (frame.clone(), parameters.dimensions);
+        stages.push(Box::new(FrameAcceleration { frame, dimensions }));
     }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
@@ -51,6 +65,9 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     if let Some(pressure) = effects.pressure {
         stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
         stages.push(Box::new(Corrector));
+    }
+    if let Some(bodies) = &effects.rigid_bodies {
+        stages.push(Box::new(BodyMotion::new(bodies.clone(), parameters, state)));
     }
     stages
 }
@@ -70,6 +87,8 @@ pub struct StepReport {
     pub ghosts: usize,
     /// `None` in a scene without pressure.
     pub pressure: Option<PressureReport>,
+    /// `None` in a scene without flow boundaries.
+    pub flow: Option<FlowReport>,
 }
 
 /// A simulation whose search and distance test were chosen when it was built.
@@ -156,8 +175,8 @@ impl<C: CandidateSearch, T: DistanceTest> Simulation for Composed<C, T> {
                 redone
             }
         })?;
-        let State { step, time_s, time_step_s, ghosts, pressure, .. } = self.state;
-        Ok(StepReport { step, time_s, time_step_s, redone, ghosts, pressure })
+        let State { step, time_s, time_step_s, ghosts, pressure, flow, .. } = self.state;
+        Ok(StepReport { step, time_s, time_step_s, redone, ghosts, pressure, flow })
     }
 
     fn particles(&self) -> &Particles {
@@ -238,6 +257,9 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
     let mut state = State::<C>::new(particles, grid, workers, parameters.time_step_s);
     state.step = start.steps_done;
     state.time_s = start.steps_done as f64 * parameters.time_step_s;
+    if parameters.effects.flow_boundaries.is_some() {
+        state.ghosts = ghosts_outside(&state.particles, &parameters.domain);
+    }
     let stages = stages::<C, T>(parameters, options, &state);
     let adaptive = parameters.adaptive.map(|rules| Adaptive::new(rules, parameters));
     Ok(Box::new(Composed { state, stages, adaptive }))

@@ -2,7 +2,9 @@
 
 pub mod geometry;
 pub mod library;
+pub mod number_table;
 pub mod snapshot;
 pub mod spec;
+pub mod validation;
 
 pub use spec::Scene;

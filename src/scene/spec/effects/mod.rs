@@ -2,10 +2,14 @@
 //! list below.
 
 mod collision;
+mod flow_boundaries;
+mod frame;
 mod gravity;
 mod pressure;
+pub mod rigid_bodies;
 mod viscosity;
 mod wall_contact;
+pub mod wall_motion;
 
 use serde::Deserialize;
 
@@ -73,6 +77,14 @@ effects! {
     wall_contact: wall_contact::WallContactSpec,
     /// Incompressibility.
     pressure: pressure::PressureSpec,
+    /// The scene is seen from a tank that is shaken or turns.
+    frame: frame::FrameSpec,
+    /// Walls of groups with a `motion` move.
+    wall_motion: wall_motion::WallMotionSpec,
+    /// Fluid comes in and goes out.
+    flow_boundaries: flow_boundaries::FlowBoundariesSpec,
+    /// The `body` regions of a group are one rigid body, moved by the fluid.
+    rigid_bodies: rigid_bodies::RigidBodiesSpec,
 }
 
 /// An effect and one that it cannot be without, with the reason.
