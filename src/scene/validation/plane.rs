@@ -13,6 +13,7 @@ use crate::engine::particles::{InitialParticle, Kind, Particles};
 use crate::engine::phase::NoProbe;
 use crate::engine::preset::Preset;
 use crate::engine::pressure::Pressure;
+use crate::engine::pressure::options::{Clamp, Gradient, Source, Surface};
 use crate::engine::simulation::{self, Simulation, Start, StepReport};
 
 /// Standard gravity, rounded as in the paper's scene, m/s2.
@@ -28,10 +29,12 @@ pub fn water_effects() -> Effects {
         collision: Some(Collision { distance: 0.5, restitution: 0.2 }),
         wall_contact: Some(WallContact { height: 0.7, reach: 0.75 }),
         pressure: Some(Pressure {
-            surface_threshold: 0.97,
-            source_relaxation: 0.2,
-            compressibility_1_pa: 0.45e-9,
             kernel_floor: Some(0.5),
+            source: Source::Divergence { density_feedback_s: 0.05 },
+            gradient: Gradient::Corrected,
+            surface: Surface::DensityAndAsymmetry,
+            clamp: Clamp::NearSurface,
+            ..Pressure::default()
         }),
         ..Effects::default()
     }

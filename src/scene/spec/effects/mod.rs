@@ -6,6 +6,7 @@ mod flow_boundaries;
 mod frame;
 mod gravity;
 mod pressure;
+mod pressure_options;
 pub mod rigid_bodies;
 mod viscosity;
 mod wall_contact;
