@@ -20,3 +20,4 @@ pub mod simulation;
 pub mod stage;
 pub mod terms;
 pub mod time_step;
+pub mod wall_leaks;

@@ -1,7 +1,10 @@
 //! Cases with known answers, one file a family: what each effect is held to.
 
+pub mod bodies;
+pub mod flow_boundaries;
 pub mod frame;
 pub mod plane;
+pub mod waves;
 
 /// What a case found.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,4 +42,12 @@ pub enum Fidelity {
 pub const CASES: &[Case] = &[
     Case { name: "frame-spiral", run: frame::spiral },
     Case { name: "rotating-cup", run: frame::rotating_cup },
+    Case { name: "wavemaker", run: waves::wavemaker },
+    Case { name: "tank-period", run: waves::natural_period },
+    Case { name: "sway-two-frames", run: waves::two_frames },
+    Case { name: "channel-flow", run: flow_boundaries::channel_flow },
+    Case { name: "filling-mould", run: flow_boundaries::filling },
+    Case { name: "body-free-flight", run: bodies::free_flight },
+    Case { name: "floating-box", run: bodies::floating_box },
+    Case { name: "sinking-box", run: bodies::sinking_box },
 ];
