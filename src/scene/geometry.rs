@@ -38,6 +38,8 @@ pub struct Lattice {
 #[serde(deny_unknown_fields)]
 pub struct Region {
     pub fill: Fill,
+    /// The group of its particles.
+    pub group: Option<String>,
     pub from_m: Vec3,
     pub to_m: Vec3,
     /// Particle distances by which the lower faces lie below `from_m`.
@@ -56,6 +58,7 @@ pub enum Fill {
     Fluid,
     Wall,
     DummyWall,
+    Body,
     Empty,
 }
 
@@ -65,6 +68,7 @@ impl Fill {
             Fill::Fluid => Some(Kind::Fluid),
             Fill::Wall => Some(Kind::Wall),
             Fill::DummyWall => Some(Kind::DummyWall),
+            Fill::Body => Some(Kind::Body),
             Fill::Empty => None,
         }
     }
@@ -186,12 +190,14 @@ impl Geometry {
             let last = (self.lattice.extent_m[d] / particle_distance_m) as i64 + layers;
             (-layers..=last).map(move |i| particle_distance_m * i as f64)
         };
-        let mut particles = Vec::new();
+        let (mut particles, names) = (Vec::new(), self.group_names());
         for x in axis(0) {
             for y in axis(1) {
                 for z in axis(2) {
-                    if let Some(kind) = self.kind_at([x, y, z], particle_distance_m) {
-                        particles.push(InitialParticle::at_rest(kind, [x, y, z]));
+                    if let Some((kind, group)) = self.kind_at([x, y, z], particle_distance_m) {
+                        let group = names.iter().position(|name| Some(name) == group).unwrap_or(0) as u8;
+                        particles
+                            .push(InitialParticle { group, ..InitialParticle::at_rest(kind, [x, y, z]) });
                     }
                 }
             }
@@ -200,9 +206,21 @@ impl Geometry {
         particles
     }
 
-    fn kind_at(&self, point: Vec3, particle_distance_m: f64) -> Option<Kind> {
+    fn kind_at(&self, point: Vec3, particle_distance_m: f64) -> Option<(Kind, Option<&String>)> {
         let holds = |region: &&Region| region.contains(point, particle_distance_m);
-        self.region.iter().rev().find(holds).and_then(|region| region.fill.kind())
+        let region = self.region.iter().rev().find(holds)?;
+        Some((region.fill.kind()?, region.group.as_ref()))
+    }
+
+    /// The names of the groups by number: first "" for particles without one, then regions' as they come first.
+    pub fn group_names(&self) -> Vec<String> {
+        let mut names = vec![String::new()];
+        for name in self.region.iter().filter_map(|region| region.group.as_ref()) {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+        names
     }
 }
 

@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod geometry;
 pub mod library;
+pub mod number_table;
 pub mod snapshot;
 pub mod spec;
 pub mod validation;

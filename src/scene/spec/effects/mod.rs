@@ -3,13 +3,17 @@
 
 mod buoyancy;
 mod collision;
+mod flow_boundaries;
+mod frame;
 mod gravity;
 pub mod heat;
 mod pressure;
 mod pressure_options;
+pub mod rigid_bodies;
 pub mod scalar;
 mod viscosity;
 mod wall_contact;
+pub mod wall_motion;
 
 use serde::Deserialize;
 
@@ -89,6 +93,14 @@ effects! {
     wall_contact: wall_contact::WallContactSpec,
     /// Incompressibility.
     pressure: pressure::PressureSpec,
+    /// The scene is seen from a tank that is shaken or turns.
+    frame: frame::FrameSpec,
+    /// Walls of groups with a `motion` move.
+    wall_motion: wall_motion::WallMotionSpec,
+    /// Fluid comes in and goes out.
+    flow_boundaries: flow_boundaries::FlowBoundariesSpec,
+    /// The `body` regions of a group are one rigid body, moved by the fluid.
+    rigid_bodies: rigid_bodies::RigidBodiesSpec,
 }
 
 /// An effect and one that it cannot be without, with the reason.
