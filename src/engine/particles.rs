@@ -49,11 +49,23 @@ pub struct InitialParticle {
     pub pressure: f64,
     /// Which of the scene's named groups it belongs to; 0 where a scene names none.
     pub group: u8,
+    /// Kelvin; 0 where a scene names none.
+    pub temperature: f64,
+    /// Of a dissolved substance, in the scene's unit; 0 where a scene names none.
+    pub concentration: f64,
 }
 
 impl InitialParticle {
     pub fn at_rest(kind: Kind, position: Vec3) -> Self {
-        InitialParticle { kind, position, velocity: ZERO, pressure: 0.0, group: 0 }
+        InitialParticle {
+            kind,
+            position,
+            velocity: ZERO,
+            pressure: 0.0,
+            group: 0,
+            temperature: 0.0,
+            concentration: 0.0,
+        }
     }
 }
 

@@ -64,7 +64,11 @@ pub fn read(path: &Path) -> Result<Vec<InitialParticle>> {
         let (position, velocity) = ([row.x_m, row.y_m, row.z_m], [row.u_m_s, row.v_m_s, row.w_m_s]);
         let finite = position.iter().chain(&velocity).all(|v| v.is_finite()) && row.p_pa.is_finite();
         ensure!(finite, "{name}, line {line}: a value is not finite");
-        particles.push(InitialParticle { kind, position, velocity, pressure: row.p_pa, group: 0 });
+        particles.push(InitialParticle {
+            velocity,
+            pressure: row.p_pa,
+            ..InitialParticle::at_rest(kind, position)
+        });
     }
     ensure!(!particles.is_empty(), "{name} holds no particle");
     Ok(particles)

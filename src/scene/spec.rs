@@ -8,7 +8,7 @@ use crate::engine::effects::{collision, gravity, viscosity, wall_contact};
 use crate::engine::parameters::{self, Domain, Effects, Parameters};
 use crate::engine::particles::InitialParticle;
 use crate::engine::pressure;
-use crate::scene::geometry::{Geometry, MAX_LATTICE_POINTS};
+use crate::scene::geometry::{Geometry, Hydrostatics, MAX_LATTICE_POINTS, Placement};
 
 /// The version of the scene format.
 pub const SCHEMA: u32 = 1;
@@ -151,7 +151,7 @@ impl Scene {
         check.not_negative("domain.margin_m", self.domain.margin_m)?;
         check.not_negative("domain.headroom_m", self.domain.headroom_m)?;
         self.effects.check(check)?;
-        self.geometry.check(check, self.particle_distance_m)
+        self.geometry.check(check, &self.placement(file))
     }
 
     /// The number of time steps up to the end time.
@@ -162,7 +162,7 @@ impl Scene {
     /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
     pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
         let single = self.geometry.particle.len() as f64;
-        let points = self.geometry.lattice_points(self.particle_distance_m) + single;
+        let points = self.geometry.lattice_points(&self.placement(file)) + single;
         let buckets = self.buckets();
         let bytes = points * BYTES_PER_PARTICLE as f64 + buckets * BYTES_PER_BUCKET as f64;
         let needed = bytes * copies as f64;
@@ -184,22 +184,24 @@ impl Scene {
     fn buckets(&self) -> f64 {
         let radii = &self.radii;
         let side = radii.number_density.max(radii.gradient).max(radii.laplacian) * self.particle_distance_m;
-        let (low, high) = self.geometry.bounds(self.particle_distance_m);
+        let (low, high) = self.geometry.bounds(&self.placement(""));
         let margins = 2.0 * self.domain.margin_m;
         let headroom = [0.0, self.domain.headroom_m, 0.0];
         (0..3).map(|d| ((high[d] - low[d] + margins + headroom[d]) / side).floor() + 3.0).product()
     }
 
+    /// What decides where particles lie besides `geometry`.
+    fn placement<'a>(&self, file: &'a str) -> Placement<'a> {
+        let hydrostatics = self.effects.gravity.as_ref().map(|gravity| Hydrostatics {
+            density_kg_m3: self.fluid.density_kg_m3,
+            gravity_m_s2: gravity.acceleration_m_s2,
+        });
+        Placement { hydrostatics, ..Placement::new(file, self.particle_distance_m) }
+    }
+
     /// The particles at the start, in the order of their identities.
     pub fn particles(&self, file: &str) -> Result<Vec<InitialParticle>, InputError> {
-        let particles = self.geometry.fill(self.particle_distance_m);
-        Check { file }.require(
-            !particles.is_empty(),
-            "geometry",
-            "empty",
-            "a region must hold a lattice point, or a particle be given",
-        )?;
-        Ok(particles)
+        self.geometry.fill(&self.placement(file))
     }
 
     /// What the engine needs to know. The bucket domain follows from where the scene's own particles start.
