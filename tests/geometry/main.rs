@@ -1,3 +1,11 @@
 //! Geometry: what a scene file's `[geometry]` places, and what it refuses.
 
 mod existing_scenes;
+mod lattices;
+mod random_files;
+mod refusals;
+mod shapes;
+mod solids;
+mod starts;
+mod stl_files;
+mod support;

@@ -133,9 +133,10 @@ impl Lattice {
         let (l0, axis) = (placement.particle_distance_m, ["x", "y", "z"][d]);
         let quotient = self.extent_m[d] / l0;
         let count = quotient.round().max(1.0);
+        // Nine digits: the length that a person would write, not the product's last bit.
+        let length = format!("{:.8e}", count * l0).parse::<f64>().unwrap_or(count * l0);
         let allowed = format!(
-            "along the periodic axis {axis} it must be whole particle distances: {} m would be {count} of {l0} m",
-            count * l0
+            "along the periodic axis {axis} it must be whole particle distances: {count} of {l0} m would be {length} m"
         );
         let whole = (quotient - count).abs() <= PERIODIC_TOLERANCE * count;
         check.require(whole, "geometry.lattice.extent_m", format!("{:?}", self.extent_m), allowed)
