@@ -2,6 +2,7 @@
 
 mod existing_scenes;
 mod lattices;
+mod oracle;
 mod random_files;
 mod refusals;
 mod shapes;
