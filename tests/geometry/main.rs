@@ -1,5 +1,6 @@
 //! Geometry: what a scene file's `[geometry]` places, and what it refuses.
 
+mod example;
 mod existing_scenes;
 mod lattices;
 mod oracle;
