@@ -9,7 +9,7 @@ use crate::base::input::{Check, InputError};
 use crate::engine::kernel::Dimensions;
 use crate::engine::parameters::{self, AdaptiveTimeStep, Domain, Parameters, Property};
 use crate::engine::particles::{InitialParticle, Kind};
-use crate::scene::geometry::{Fill, Geometry, MAX_LATTICE_POINTS};
+use crate::scene::geometry::{Fill, Geometry, Hydrostatics, MAX_LATTICE_POINTS, Placement};
 use effects::EffectsSpec;
 use effects::rigid_bodies::FixedAxis;
 use effects::wall_motion::MotionSpec;
@@ -198,7 +198,7 @@ impl Scene {
             let (groups, l0) = (self.group_names(), self.particle_distance_m);
             boundaries.check_beside(check, &groups, l0, self.engine_dimensions())?;
         }
-        self.geometry.check(check, self.particle_distance_m)
+        self.geometry.check(check, &self.placement(file))
     }
 
     /// The number of time steps up to the end time.
@@ -217,7 +217,7 @@ impl Scene {
     /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
     pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
         let single = (self.geometry.particle.len() + self.reserve()) as f64;
-        let points = self.geometry.lattice_points(self.particle_distance_m) + single;
+        let points = self.geometry.lattice_points(&self.placement(file)) + single;
         let buckets = self.buckets();
         let bytes = points * BYTES_PER_PARTICLE as f64 + buckets * BYTES_PER_BUCKET as f64;
         let needed = bytes * copies as f64;
@@ -239,7 +239,7 @@ impl Scene {
     fn buckets(&self) -> f64 {
         let radii = &self.radii;
         let side = radii.number_density.max(radii.gradient).max(radii.laplacian) * self.particle_distance_m;
-        let (low, high) = self.geometry.bounds(self.particle_distance_m);
+        let (low, high) = self.geometry.bounds(&self.placement(""));
         let margins = 2.0 * self.domain.margin_m;
         let headroom = [0.0, self.domain.headroom_m, 0.0];
         (0..self.dimensions as usize)
@@ -333,19 +333,31 @@ impl Scene {
         self.effects.flow_boundaries.as_ref().map_or(0, |boundaries| boundaries.reserve)
     }
 
+    /// What decides where particles lie besides `geometry`.
+    fn placement<'a>(&self, file: &'a str) -> Placement<'a> {
+        let hydrostatics = self.effects.gravity.as_ref().map(|gravity| Hydrostatics {
+            density_kg_m3: self.fluid.density_kg_m3,
+            gravity_m_s2: gravity.acceleration_m_s2,
+        });
+        Placement {
+            dimensions: self.dimensions as usize,
+            periodic: self.periodic(),
+            hydrostatics,
+            moves_without_fluid: self.effects.rigid_bodies.is_some()
+                || self.effects.flow_boundaries.is_some(),
+            ..Placement::new(file, self.particle_distance_m)
+        }
+    }
+
     /// The particles at the start, in the order of their identities.
     pub fn particles(&self, file: &str) -> Result<Vec<InitialParticle>, InputError> {
-        let mut particles = self.geometry.fill(self.particle_distance_m);
+        let mut particles = self.geometry.fill(&self.placement(file))?;
         self.set_carried(&mut particles);
-        Check { file }.require(
-            !particles.is_empty(),
-            "geometry",
-            "empty",
-            "a region must hold a lattice point, or a particle be given",
-        )?;
         // Ghosts wait inside the domain; one outside would count as a particle that left.
-        let waiting = InitialParticle::at_rest(Kind::Ghost, particles[0].position);
-        particles.resize(particles.len() + self.reserve(), waiting);
+        if let Some(first) = particles.first() {
+            let waiting = InitialParticle::at_rest(Kind::Ghost, first.position);
+            particles.resize(particles.len() + self.reserve(), waiting);
+        }
         Ok(particles)
     }
 
@@ -361,10 +373,8 @@ impl Scene {
             }
         }
         high[1] += self.domain.headroom_m;
-        let periodic = self.periodic();
-        for d in (0..3).filter(|&d| periodic[d]) {
-            low[d] = -0.5 * self.particle_distance_m;
-            high[d] = low[d] + self.geometry.lattice.extent_m[d];
+        for (d, period) in self.geometry.periods(&self.placement("")).into_iter().enumerate() {
+            (low[d], high[d]) = period.unwrap_or((low[d], high[d]));
         }
         if self.dimensions == 2 {
             (low[2], high[2]) = (0.0, 0.0);
@@ -380,7 +390,7 @@ impl Scene {
                 gradient: self.radii.gradient,
                 laplacian: self.radii.laplacian,
             },
-            domain: Domain { low, high, periodic },
+            domain: Domain { low, high, periodic: self.periodic() },
             groups: self.group_names(),
             effects: self.effects.to_engine(self),
         }
