@@ -2,6 +2,8 @@
 
 pub mod geometry;
 pub mod library;
+pub mod output;
+pub mod probe;
 pub mod snapshot;
 pub mod spec;
 

@@ -9,6 +9,7 @@ use crate::engine::parameters::{self, Domain, Effects, Parameters};
 use crate::engine::particles::InitialParticle;
 use crate::engine::pressure;
 use crate::scene::geometry::{Geometry, MAX_LATTICE_POINTS};
+use crate::scene::probe::{self, spec::ProbeSpec};
 
 /// The version of the scene format.
 pub const SCHEMA: u32 = 1;
@@ -36,6 +37,9 @@ pub struct Scene {
     pub domain: DomainMargins,
     pub effects: EffectsSpec,
     pub geometry: Geometry,
+    /// What is looked at while the scene is simulated.
+    #[serde(default)]
+    pub probe: Vec<ProbeSpec>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -151,6 +155,7 @@ impl Scene {
         check.not_negative("domain.margin_m", self.domain.margin_m)?;
         check.not_negative("domain.headroom_m", self.domain.headroom_m)?;
         self.effects.check(check)?;
+        probe::spec::check(&self.probe, check)?;
         self.geometry.check(check, self.particle_distance_m)
     }
 
