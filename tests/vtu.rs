@@ -97,7 +97,7 @@ import sys, math, meshio
 mesh = meshio.read(sys.argv[1])
 print(len(mesh.points), mesh.cells[0].type, len(mesh.cells[0].data))
 for name, values in [("Points", mesh.points)] + sorted(mesh.point_data.items()):
-    print(name, values.dtype, values.size, repr(math.fsum(float(v) for v in values.ravel())))
+    print(name, values.dtype, len(values.shape), values.size, repr(math.fsum(float(v) for v in values.ravel())))
 "#;
 
 /// Python with meshio, which the environment may name; `None` where there is none, which is said.
@@ -127,18 +127,18 @@ fn meshio_reads_the_same_numbers() {
     let count = particles.len();
     assert!(text.starts_with(&format!("{count} vertex {count}\n")), "{text}");
     for (name, kind, size) in [
-        ("Points", "float64", 3 * count),
-        ("id", "int64", count),
-        ("kind", "uint8", count),
-        ("velocity_m_s", "float64", 3 * count),
-        ("pressure_pa", "float64", count),
-        ("number_density", "float64", count),
+        ("Points", "float64 2", 3 * count),
+        ("id", "int64 1", count),
+        ("kind", "uint8 1", count),
+        ("velocity_m_s", "float64 2", 3 * count),
+        ("pressure_pa", "float64 1", count),
+        ("number_density", "float64 1", count),
     ] {
         assert!(text.contains(&format!("{name} {kind} {size} ")), "{name}: {text}");
     }
     let sum: f64 = text
         .lines()
-        .find_map(|line| line.strip_prefix("pressure_pa float64 7001 "))
+        .find_map(|line| line.strip_prefix("pressure_pa float64 1 7001 "))
         .unwrap()
         .parse()
         .unwrap();

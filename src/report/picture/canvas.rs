@@ -9,11 +9,13 @@ const SAMPLES: usize = 2;
 const COLUMNS: usize = WIDTH * SAMPLES;
 const ROWS: usize = HEIGHT * SAMPLES;
 
-/// Grey of a wall that faces the viewer.
-const WALL: f32 = 150.0;
-/// How much of what lies behind a wall is lost: in front of the ground, and in front of fluid.
-const WALL_OVER_GROUND: f32 = 0.42;
-const WALL_OVER_FLUID: f32 = 0.13;
+/// Greys of walls: the farthest and the nearest of those behind, those in front, dummy walls.
+const FAR: f32 = 232.0;
+const NEAR: f32 = 188.0;
+const FRONT: f32 = 140.0;
+const DUMMY: f32 = 232.0;
+/// How much of what lies behind a wall in front is lost.
+const OPACITY: f32 = 0.14;
 
 /// A ball in the picture, pixels.
 #[derive(Debug, Clone, Copy)]
@@ -35,10 +37,12 @@ struct Nearest {
 
 const NOTHING: Nearest = Nearest { depth: f32::NEG_INFINITY, shade: 0.0 };
 
-/// What is seen at each sample: the nearest wall, the nearest fluid and its colour.
+/// What is seen at each sample: the nearest wall and how far away the farthest is, the nearest fluid and its colour.
 #[derive(Debug)]
 pub struct Canvas {
     wall: Vec<Nearest>,
+    farthest: Vec<f32>,
+    dummy: Vec<bool>,
     fluid: Vec<Nearest>,
     color: Vec<[u8; 3]>,
 }
@@ -47,17 +51,20 @@ impl Canvas {
     pub fn new() -> Canvas {
         Canvas {
             wall: vec![NOTHING; COLUMNS * ROWS],
+            farthest: vec![f32::INFINITY; COLUMNS * ROWS],
+            dummy: vec![false; COLUMNS * ROWS],
             fluid: vec![NOTHING; COLUMNS * ROWS],
             color: vec![[0; 3]; COLUMNS * ROWS],
         }
     }
 
-    pub fn wall(&mut self, ball: &Ball) {
-        let wall = &mut self.wall;
+    pub fn wall(&mut self, ball: &Ball, is_dummy: bool) {
+        let Canvas { wall, farthest, dummy, .. } = self;
         samples(ball, |sample, seen| {
             if seen.depth > wall[sample].depth {
-                wall[sample] = seen;
+                (wall[sample], dummy[sample]) = (seen, is_dummy);
             }
+            farthest[sample] = farthest[sample].min(seen.depth);
         });
     }
 
@@ -70,39 +77,58 @@ impl Canvas {
         });
     }
 
-    /// The picture; `shaded` where balls are to look round.
-    pub fn finish(self, shaded: bool) -> Option<Pixmap> {
-        let mut image = Pixmap::new(WIDTH as u32, HEIGHT as u32)?;
-        for (place, pixel) in image.pixels_mut().iter_mut().enumerate() {
-            let (row, column) = (place / WIDTH * SAMPLES, place % WIDTH * SAMPLES);
-            let mut sum = [0.0_f32; 3];
-            for k in 0..SAMPLES * SAMPLES {
-                let sample = (row + k / SAMPLES) * COLUMNS + column + k % SAMPLES;
-                for (sum, channel) in sum.iter_mut().zip(self.seen(sample, shaded)) {
-                    *sum += channel / (SAMPLES * SAMPLES) as f32;
-                }
+    /// The picture in the plane: flat discs.
+    pub fn flat(self) -> Option<Pixmap> {
+        picture(|sample| {
+            if self.fluid[sample].depth > f32::NEG_INFINITY {
+                return self.color[sample].map(f32::from);
             }
-            let [red, green, blue] = sum.map(|channel| channel.round() as u8);
-            *pixel = PremultipliedColorU8::from_rgba(red, green, blue, 255)?;
-        }
-        Some(image)
+            let grey = if self.dummy[sample] { DUMMY } else { NEAR };
+            [if self.wall[sample].depth > f32::NEG_INFINITY { grey } else { 255.0 }; 3]
+        })
     }
 
-    fn seen(&self, sample: usize, shaded: bool) -> [f32; 3] {
-        let (wall, fluid) = (self.wall[sample], self.fluid[sample]);
-        let light = |nearest: Nearest| if shaded { nearest.shade } else { 1.0 };
-        let mut seen = [255.0_f32; 3];
-        if fluid.depth > f32::NEG_INFINITY {
-            seen = self.color[sample].map(|channel| f32::from(channel) * light(fluid));
-        }
-        if wall.depth > fluid.depth {
-            let share = if fluid.depth > f32::NEG_INFINITY { WALL_OVER_FLUID } else { WALL_OVER_GROUND };
-            // Walls are flatter than fluid, or a large one would be a grille.
-            let grey = WALL * (0.75 + 0.25 * light(wall));
-            seen = seen.map(|channel| channel + share * (grey - channel));
-        }
-        seen
+    /// The picture in space: balls of fluid before the walls behind them, which are the darker the nearer they are, and
+    /// behind a veil of those in front.
+    pub fn solid(self) -> Option<Pixmap> {
+        let reached = || self.farthest.iter().copied().filter(|depth| depth.is_finite());
+        let (low, high) =
+            (reached().fold(f32::INFINITY, f32::min), reached().fold(f32::NEG_INFINITY, f32::max));
+        picture(|sample| {
+            let (wall, fluid, farthest) = (self.wall[sample], self.fluid[sample], self.farthest[sample]);
+            let mut seen = [255.0; 3];
+            if fluid.depth > f32::NEG_INFINITY {
+                seen = self.color[sample].map(|channel| f32::from(channel) * fluid.shade);
+            } else if farthest.is_finite() {
+                let nearness = (farthest - low) / (high - low).max(1.0);
+                seen = [(FAR + (NEAR - FAR) * nearness) * (0.85 + 0.15 * wall.shade); 3];
+            }
+            if wall.depth > fluid.depth {
+                // Flatter than fluid, or a large wall would be a grille.
+                let grey = FRONT * (0.7 + 0.3 * wall.shade);
+                seen = seen.map(|channel| channel + OPACITY * (grey - channel));
+            }
+            seen
+        })
     }
+}
+
+/// A picture whose pixels are the means of their samples.
+fn picture(seen: impl Fn(usize) -> [f32; 3]) -> Option<Pixmap> {
+    let mut image = Pixmap::new(WIDTH as u32, HEIGHT as u32)?;
+    for (place, pixel) in image.pixels_mut().iter_mut().enumerate() {
+        let (row, column) = (place / WIDTH * SAMPLES, place % WIDTH * SAMPLES);
+        let mut sum = [0.0_f32; 3];
+        for k in 0..SAMPLES * SAMPLES {
+            let sample = (row + k / SAMPLES) * COLUMNS + column + k % SAMPLES;
+            for (sum, channel) in sum.iter_mut().zip(seen(sample)) {
+                *sum += channel / (SAMPLES * SAMPLES) as f32;
+            }
+        }
+        let [red, green, blue] = sum.map(|channel| channel.round() as u8);
+        *pixel = PremultipliedColorU8::from_rgba(red, green, blue, 255)?;
+    }
+    Some(image)
 }
 
 /// Calls `draw` for each sample that a ball covers, with the depth of its surface there. The light comes from above, on the

@@ -110,7 +110,7 @@ fn line(svg: &mut String, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) {
     );
 }
 
-/// Where and how a text stands; its baseline passes through the spot.
+/// Where and how a text stands; its baseline passes through the spot. A white rim keeps it readable over particles.
 #[derive(Debug, Clone, Copy)]
 struct Text {
     x: f64,
@@ -132,7 +132,8 @@ impl Text {
         let _infallible = write!(
             svg,
             "<text x=\"{x}\" y=\"{y}\" font-family=\"Inter\" font-size=\"{size}\" font-weight=\"{weight}\" \
-             fill=\"{color}\" text-anchor=\"{anchor}\">{}</text>",
+             fill=\"{color}\" text-anchor=\"{anchor}\" stroke=\"white\" stroke-width=\"4\" \
+             stroke-linejoin=\"round\" paint-order=\"stroke\">{}</text>",
             escape(text)
         );
     }

@@ -85,13 +85,14 @@ impl Painter {
         let radius = 0.5 * self.particle_distance_m * self.camera.pixels_per_m;
         for i in (0..particles.len()).filter(|&i| self.shows_wall(particles.kind[i])) {
             let [x, y, depth] = self.camera.project(particles.position[i]);
-            canvas.wall(&Ball { x, y, depth, radius });
+            canvas.wall(&Ball { x, y, depth, radius }, particles.kind[i] == Kind::DummyWall);
         }
         for (&i, &value) in fluid.iter().zip(&values) {
             let [x, y, depth] = self.camera.project(particles.position[i]);
             canvas.fluid(&Ball { x, y, depth, radius }, color::viridis(range.share(value)));
         }
-        let mut image = canvas.finish(!self.planar).context("the picture would be empty")?;
+        let image = if self.planar { canvas.flat() } else { canvas.solid() };
+        let mut image = image.context("the picture would be empty")?;
         let labels = Labels {
             title: &self.title,
             moment,

@@ -34,7 +34,8 @@ impl ProbeFile {
         for value in values {
             line.push(',');
             if let Some(value) = value {
-                line.push_str(&value.to_string());
+                // Minus zero, which sums of nothing may be, would be written with its sign.
+                line.push_str(&(value + 0.0).to_string());
             }
         }
         self.append(&line)

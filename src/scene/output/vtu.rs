@@ -111,9 +111,13 @@ impl Appended {
         entries: impl Iterator<Item = [u8; N]>,
     ) -> io::Result<String> {
         let offset = self.add(&entries.flatten().collect::<Vec<u8>>())?;
+        // meshio takes a column of single numbers for a matrix if their number of components is spelt out.
+        let components = match components {
+            1 => String::new(),
+            _ => format!(" NumberOfComponents=\"{components}\""),
+        };
         Ok(format!(
-            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
-             offset=\"{offset}\"/>\n"
+            "<DataArray type=\"{kind}\" Name=\"{name}\"{components} format=\"appended\" offset=\"{offset}\"/>\n"
         ))
     }
 
