@@ -57,7 +57,9 @@ impl Labels<'_> {
     /// The colours from the lower end to the upper one, with round values and their unit, and the extremes under them.
     fn bar(&self, svg: &mut String) {
         let name = self.field.name.replace('_', " ");
-        Text { size: 16.0, bold: true, ..Text::at(BAR_LEFT, BAR_TOP - 40.0) }.write(svg, &name);
+        // Longer names are written smaller, or the edge of the picture would cut them.
+        let size = 16.0_f64.min(16.0 * 13.0 / name.len() as f64);
+        Text { size, bold: true, ..Text::at(BAR_LEFT, BAR_TOP - 40.0) }.write(svg, &name);
         let unit = if self.field.unit.is_empty() { "no unit" } else { self.field.unit };
         Text { size: 14.0, color: MUTED, ..Text::at(BAR_LEFT, BAR_TOP - 20.0) }.write(svg, unit);
         let length = BAR_BOTTOM - BAR_TOP;
