@@ -17,6 +17,8 @@ use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
 use crate::engine::simulation::Simulation;
 
+/// The file's name in an output folder.
+pub const FILE_NAME: &str = "state.checkpoint";
 const MAGIC: [u8; 8] = *b"MPSSTATE";
 /// Raised whenever a column is added, renamed or moved.
 const VERSION: u32 = 1;

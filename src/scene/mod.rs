@@ -4,6 +4,8 @@ pub mod checkpoint;
 pub mod geometry;
 pub mod library;
 pub mod number_table;
+pub mod output;
+pub mod probe;
 pub mod snapshot;
 pub mod spec;
 pub mod validation;

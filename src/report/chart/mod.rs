@@ -337,7 +337,7 @@ impl Panel {
 
 /// The text as it may stand in an element or an attribute; characters that XML forbids altogether
 /// are dropped.
-fn escape(text: &str) -> String {
+pub(in crate::report) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {
@@ -368,8 +368,7 @@ static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
 ///
 /// If the SVG cannot be read, or the picture would be empty or too large.
 pub fn svg_to_png(svg: &str, width_px: u32) -> Result<Vec<u8>> {
-    let options = usvg::Options { fontdb: Arc::clone(&FONTS), ..usvg::Options::default() };
-    let tree = usvg::Tree::from_str(svg, &options).context("the SVG cannot be read")?;
+    let tree = parsed(svg)?;
     let scale = f64::from(width_px) / f64::from(tree.size().width());
     let height = (f64::from(tree.size().height()) * scale).round().max(1.0);
     ensure!(height <= f64::from(u16::MAX), "a picture {width_px} pixels wide would be {height} pixels high");
@@ -379,4 +378,15 @@ pub fn svg_to_png(svg: &str, width_px: u32) -> Result<Vec<u8>> {
     let transform = tiny_skia::Transform::from_scale(scale as f32, scale as f32);
     resvg::render(&tree, transform, &mut image.as_mut());
     image.encode_png().context("the picture cannot be written as PNG")
+}
+
+/// Draws an SVG over a picture, a unit a pixel.
+pub(in crate::report) fn draw_svg(svg: &str, image: &mut tiny_skia::Pixmap) -> Result<()> {
+    resvg::render(&parsed(svg)?, tiny_skia::Transform::identity(), &mut image.as_mut());
+    Ok(())
+}
+
+fn parsed(svg: &str) -> Result<usvg::Tree> {
+    let options = usvg::Options { fontdb: Arc::clone(&FONTS), ..usvg::Options::default() };
+    usvg::Tree::from_str(svg, &options).context("the SVG cannot be read")
 }

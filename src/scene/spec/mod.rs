@@ -10,6 +10,7 @@ use crate::engine::kernel::Dimensions;
 use crate::engine::parameters::{self, AdaptiveTimeStep, Domain, Parameters, Property};
 use crate::engine::particles::{InitialParticle, Kind};
 use crate::scene::geometry::{Fill, Geometry, Hydrostatics, MAX_LATTICE_POINTS, Placement};
+use crate::scene::probe::{self, spec::ProbeSpec};
 use effects::EffectsSpec;
 use effects::rigid_bodies::FixedAxis;
 use effects::wall_motion::MotionSpec;
@@ -50,6 +51,9 @@ pub struct Scene {
     #[serde(default)]
     pub group: Vec<GroupSpec>,
     pub geometry: Geometry,
+    /// What is looked at while the scene is simulated.
+    #[serde(default)]
+    pub probe: Vec<ProbeSpec>,
 }
 
 fn three() -> u32 {
@@ -198,6 +202,7 @@ impl Scene {
             let (groups, l0) = (self.group_names(), self.particle_distance_m);
             boundaries.check_beside(check, &groups, l0, self.engine_dimensions())?;
         }
+        probe::spec::check(&self.probe, check)?;
         self.geometry.check(check, &self.placement(file))
     }
 
