@@ -37,9 +37,10 @@ const VIRIDIS: [[u8; 3]; 33] = [
     [253, 231, 37],
 ];
 
-/// The colour of a share from 0 to 1, interpolated linearly between those of the table.
+/// The colour of a share from 0 to 1, interpolated linearly between those of the table. What is no number has the first.
 pub fn viridis(share: f64) -> [u8; 3] {
-    let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+    let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+    let place = share * (VIRIDIS.len() - 1) as f64;
     let below = (place as usize).min(VIRIDIS.len() - 2);
     let (from, to, rest) = (VIRIDIS[below], VIRIDIS[below + 1], place - below as f64);
     [0, 1, 2].map(|c| (f64::from(from[c]) + rest * (f64::from(to[c]) - f64::from(from[c]))).round() as u8)
