@@ -85,7 +85,7 @@ proptest! {
             let inside = winding.round() != 0.0;
             prop_assert_eq!(solid.contains(&point), inside, "{:?}", point);
             let distance = distance(looked_at(point), &surface);
-            if !inside && (distance < 1.5 || distance > 1.6) {
+            if !inside && !(1.5..=1.6).contains(&distance) {
                 prop_assert_eq!(shell.contains(&point), distance < 1.5, "{:?} at {}", point, distance);
             }
         }
