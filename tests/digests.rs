@@ -68,11 +68,9 @@ fn a_covering_set_of_searches_threads_and_schedules_gives_the_same_bits() {
     let particles = simulation.particles();
     let state: Vec<InitialParticle> = (0..particles.len())
         .map(|i| InitialParticle {
-            kind: particles.kind[i],
-            position: particles.position[i],
             velocity: particles.velocity[i],
             pressure: particles.pressure[i],
-            group: 0,
+            ..InitialParticle::at_rest(particles.kind[i], particles.position[i])
         })
         .collect();
     let expected = end_state(&state, list, 1, "dynamic:64", plain);
