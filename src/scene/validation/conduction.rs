@@ -116,10 +116,10 @@ pub fn jittered_slab_on_the_lattice(across: i32) -> Result<f64, String> {
     slab_error(across, 0.2, Laplacian::Lattice)
 }
 
-/// Two half spaces at 1 and 0 brought into contact at x = 1/2, conductivities 4 and 1, capacities 1 and 2: the interface is
+/// Two half spaces at 1 and 0 brought into contact at x = 1/2, conductivities 4 and 1, capacities 4 and 2: the interface is
 /// at once at `(e1 T1 + e2 T2) / (e1 + e2)`, `e = sqrt(k C)`.
 pub fn contact(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
-    let ([k1, k2], [c1, c2], end_s) = ([4.0, 1.0], [1.0, 2.0], 0.003);
+    let ([k1, k2], [c1, c2], end_s) = ([4.0, 1.0], [4.0, 2.0], 0.01);
     let plane = slab_of(across(fidelity), 0.0);
     let by_group = |one: f64, two: f64| Property::ByGroup(vec![one, one, one, one, two]);
     let heat = Diffusion {

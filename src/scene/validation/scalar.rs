@@ -11,13 +11,18 @@ use crate::engine::parameters::Effects;
 
 const SOURCE: &str = "the heat kernel";
 /// When the spot was a point, seconds before the start, at a diffusivity of 1.
-const AGE_S: f64 = 0.0025;
-const END_S: f64 = 0.0025;
+const AGE_S: f64 = 0.01;
+const END_S: f64 = 0.01;
 
-/// `c = exp(-r^2 / (4 D t)) / (4 pi D t)`, for a spot of amount 1 in the middle of the unit box.
+/// `c = sum exp(-r^2 / (4 D t)) / (4 pi D t)`, for a spot of amount 1 in the middle of the unit box and those of the boxes
+/// around it.
 fn spot(x: Vec3, t: f64) -> f64 {
-    let from_centre = sub(x, [0.5, 0.5, 0.0]);
-    (-dot(from_centre, from_centre) / (4.0 * t)).exp() / (4.0 * PI * t)
+    let boxes = (-2..=2).flat_map(|a| (-2..=2).map(move |b| [f64::from(a), f64::from(b)]));
+    let share = |[a, b]: [f64; 2]| {
+        let from_centre = sub(x, [a + 0.5, b + 0.5, 0.0]);
+        (-dot(from_centre, from_centre) / (4.0 * t)).exp() / (4.0 * PI * t)
+    };
+    boxes.map(share).sum()
 }
 
 /// The relative error of the spot at twice its age, and by how much the total amount has changed.
