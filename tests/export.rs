@@ -17,7 +17,7 @@ use serde_json::Value;
 use workbook::{Cell, Workbook};
 
 /// The tables of an export, in their order.
-const TABLES: [&str; 14] = [
+const TABLES: [&str; 15] = [
     "claims",
     "table2",
     "figure4",
@@ -27,6 +27,7 @@ const TABLES: [&str; 14] = [
     "observations",
     "fronts",
     "twin",
+    "validation",
     "effort",
     "experiments",
     "machine",

@@ -65,8 +65,12 @@ pub struct Measure {
 impl Measure {
     /// Runs `experiments` and reports on them; `verb` stands in the record as the command.
     pub fn run(&self, experiments: &[String], verb: &str, output: Output) -> Result<Exit> {
+        self.run_loaded(load(experiments)?, verb, output)
+    }
+
+    /// The same for experiments that are in no file.
+    pub fn run_loaded(&self, mut experiments: Vec<Experiment>, verb: &str, output: Output) -> Result<Exit> {
         let mode = self.mode.mode();
-        let mut experiments: Vec<Experiment> = load(experiments)?;
         for experiment in &mut experiments {
             experiment.filter = self.filter.clone();
         }

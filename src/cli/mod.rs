@@ -5,6 +5,7 @@ mod archive;
 mod collect;
 mod compare;
 mod completions;
+mod effects;
 mod engine_options;
 mod export;
 mod list;
@@ -78,6 +79,8 @@ enum Verb {
     Export(export::Export),
     /// Simulates one scene.
     Simulate(Box<simulate::Simulate>),
+    /// Takes a scene's effects apart: what each costs, and what it changes.
+    Effects(Box<effects::Effects>),
     /// Prints the JSON Schema of experiment files.
     Schema(schema::Schema),
     /// Prints a shell's completions of this command.
@@ -124,6 +127,7 @@ impl Cli {
             Verb::Archive(verb) => verb.run(output),
             Verb::Export(verb) => verb.run(),
             Verb::Simulate(verb) => verb.run(output),
+            Verb::Effects(verb) => verb.run(output),
             Verb::Schema(verb) => verb.run(),
             Verb::Completions(verb) => verb.run(),
             Verb::Trial(verb) => verb.run(),

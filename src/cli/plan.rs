@@ -179,6 +179,7 @@ fn trials(plan: &Plan) -> Vec<ShownTrial> {
                 Work::Timed(timed) => timed.variants.iter().map(|variant| variant.label()).collect(),
                 Work::Observed(run) => vec![experiment.runs[*run].run.id.clone()],
                 Work::Twin(work) => vec![work.cell.label()],
+                Work::Validation(request) => vec![request.case.clone()],
             };
             trials.push(ShownTrial {
                 experiment: experiment.spec.id.clone(),

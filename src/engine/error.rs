@@ -21,6 +21,11 @@ pub enum SimulationError {
          fastest particles of the step before, lower `adaptive_time_step.shortest_s`, or lower `particle_distance_m`"
     )]
     StepTooShort { step: usize, time_step_s: f64, reason: &'static str },
+    #[error(
+        "step {step}: inflow {inflow} finds no particle left in the reserve; raise `effects.flow_boundaries.reserve`, or \
+         let more fluid out"
+    )]
+    ReserveExhausted { step: usize, inflow: usize },
     #[error("step {step}, phase cg: {source}")]
     Solver { step: usize, source: CgError },
 }

@@ -4,6 +4,7 @@
 //! `particles <- kernel <- search <- terms <- {effects, pressure} <- simulation <- diagnostics`.
 
 pub mod columns;
+pub mod curve;
 pub mod diagnostics;
 pub mod effects;
 pub mod error;
@@ -13,8 +14,10 @@ pub mod particles;
 pub mod phase;
 pub mod preset;
 pub mod pressure;
+pub mod rotation;
 pub mod search;
 pub mod simulation;
 pub mod stage;
 pub mod terms;
 pub mod time_step;
+pub mod wall_leaks;

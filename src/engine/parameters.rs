@@ -4,9 +4,13 @@ use crate::base::vec3::Vec3;
 use crate::engine::effects::buoyancy::Buoyancy;
 use crate::engine::effects::collision::Collision;
 use crate::engine::effects::diffusion::Diffusion;
+use crate::engine::effects::flow_boundaries::FlowBoundaries;
+use crate::engine::effects::frame::Frame;
 use crate::engine::effects::gravity::Gravity;
+use crate::engine::effects::rigid_bodies::RigidBodies;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
+use crate::engine::effects::wall_motion::WallMotion;
 use crate::engine::kernel::{Dimensions, Reference};
 use crate::engine::pressure::Pressure;
 
@@ -105,6 +109,10 @@ pub struct Effects {
     pub collision: Option<Collision>,
     pub wall_contact: Option<WallContact>,
     pub pressure: Option<Pressure>,
+    pub frame: Option<Frame>,
+    pub wall_motion: Option<WallMotion>,
+    pub flow_boundaries: Option<FlowBoundaries>,
+    pub rigid_bodies: Option<RigidBodies>,
 }
 
 impl Parameters {

@@ -59,9 +59,9 @@ pub struct InitialParticle {
     pub pressure: f64,
     /// Which of the scene's named groups it belongs to; 0 where a scene names none.
     pub group: u8,
-    /// Kelvin.
+    /// Kelvin; 0 where a scene names none.
     pub temperature: f64,
-    /// Of the passive scalar.
+    /// Of a dissolved substance, in the scene's unit; 0 where a scene names none.
     pub concentration: f64,
 }
 

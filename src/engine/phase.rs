@@ -2,101 +2,69 @@
 
 use std::fmt;
 
-/// A phase of a step. Its name is the same in every table and file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Phase {
-    Gravity,
-    Buoyancy,
-    Viscosity,
-    Heat,
-    Scalar,
-    PairTerms,
-    Move,
-    Collision,
-    WallContact,
-    BucketBuild,
-    Relocation,
-    NumberDensity,
-    BoundaryCondition,
-    Source,
-    Matrix,
-    Connectivity,
-    Cg,
-    Clamp,
-    MinimumPressure,
-    PressureGradient,
-    Correction,
+/// Makes the list of phases: a line a phase with its name in every table and file, and `walks` where it walks the
+/// neighbouring buckets.
+macro_rules! phases {
+    ($($phase:ident $name:literal $($walks:ident)?,)+) => {
+        /// A phase of a step.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Phase {
+            $($phase,)+
+        }
+
+        impl Phase {
+            /// All phases, in the order in which a step first meets them.
+            pub const ALL: [Phase; [$($name),+].len()] = [$(Phase::$phase),+];
+
+            /// The name in every table and file.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Phase::$phase => $name,)+
+                }
+            }
+
+            /// Whether it walks the neighbouring buckets: the paper's "neighbour search".
+            pub fn walks_neighbors(self) -> bool {
+                match self {
+                    $(Phase::$phase => phases!(@walks $($walks)?),)+
+                }
+            }
+        }
+    };
+    (@walks walks) => {
+        true
+    };
+    (@walks) => {
+        false
+    };
 }
 
-impl Phase {
-    /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 21] = [
-        Phase::Gravity,
-        Phase::Buoyancy,
-        Phase::Viscosity,
-        Phase::Heat,
-        Phase::Scalar,
-        Phase::PairTerms,
-        Phase::Move,
-        Phase::Collision,
-        Phase::WallContact,
-        Phase::BucketBuild,
-        Phase::Relocation,
-        Phase::NumberDensity,
-        Phase::BoundaryCondition,
-        Phase::Source,
-        Phase::Matrix,
-        Phase::Connectivity,
-        Phase::Cg,
-        Phase::Clamp,
-        Phase::MinimumPressure,
-        Phase::PressureGradient,
-        Phase::Correction,
-    ];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Phase::Gravity => "gravity",
-            Phase::Buoyancy => "buoyancy",
-            Phase::Viscosity => "viscosity",
-            Phase::Heat => "heat",
-            Phase::Scalar => "scalar",
-            Phase::PairTerms => "pair_terms",
-            Phase::Move => "move",
-            Phase::Collision => "collision",
-            Phase::WallContact => "wall_contact",
-            Phase::BucketBuild => "bucket_build",
-            Phase::Relocation => "relocation",
-            Phase::NumberDensity => "number_density",
-            Phase::BoundaryCondition => "boundary_condition",
-            Phase::Source => "source",
-            Phase::Matrix => "matrix",
-            Phase::Connectivity => "connectivity",
-            Phase::Cg => "cg",
-            Phase::Clamp => "clamp",
-            Phase::MinimumPressure => "minimum_pressure",
-            Phase::PressureGradient => "pressure_gradient",
-            Phase::Correction => "correction",
-        }
-    }
-
-    /// The phases that walk the neighbouring buckets: the paper's "neighbour search".
-    pub fn walks_neighbors(self) -> bool {
-        matches!(
-            self,
-            Phase::Viscosity
-                | Phase::Heat
-                | Phase::Scalar
-                | Phase::PairTerms
-                | Phase::Collision
-                | Phase::WallContact
-                | Phase::NumberDensity
-                | Phase::Matrix
-                | Phase::Connectivity
-                | Phase::MinimumPressure
-                | Phase::PressureGradient
-        )
-    }
+phases! {
+    FlowBoundaries "flow_boundaries",
+    WallMotion "wall_motion",
+    Gravity "gravity",
+    Buoyancy "buoyancy",
+    Frame "frame",
+    Viscosity "viscosity" walks,
+    Heat "heat" walks,
+    Scalar "scalar" walks,
+    PairTerms "pair_terms" walks,
+    Move "move",
+    Collision "collision" walks,
+    WallContact "wall_contact" walks,
+    BucketBuild "bucket_build",
+    Relocation "relocation",
+    NumberDensity "number_density" walks,
+    BoundaryCondition "boundary_condition",
+    Source "source",
+    Matrix "matrix" walks,
+    Connectivity "connectivity" walks,
+    Cg "cg",
+    Clamp "clamp",
+    MinimumPressure "minimum_pressure" walks,
+    PressureGradient "pressure_gradient" walks,
+    Correction "correction",
+    RigidBodies "rigid_bodies",
 }
 
 impl fmt::Display for Phase {

@@ -7,9 +7,13 @@ use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::diffusion::advance::Advance;
 use crate::engine::effects::diffusion::{self, Carried};
+use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_outside};
+use crate::engine::effects::frame::FrameAcceleration;
 use crate::engine::effects::motion::{Corrector, Predictor};
+use crate::engine::effects::rigid_bodies::BodyMotion;
 use crate::engine::effects::viscosity::ExplicitViscosity;
 use crate::engine::effects::wall_contact::WallContacts;
+use crate::engine::effects::wall_motion::WallMotions;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
@@ -35,6 +39,12 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
 ) -> Vec<Box<dyn Stage<C, T>>> {
     let effects = &parameters.effects;
     let mut stages: Vec<Box<dyn Stage<C, T>>> = Vec::new();
+    if let Some(boundaries) = &effects.flow_boundaries {
+        stages.push(Box::new(FlowBoundary::new(boundaries.clone(), parameters, state)));
+    }
+    if let Some(motion) = &effects.wall_motion {
+        stages.push(Box::new(WallMotions::new(motion.clone(), state.time_s, state)));
+    }
     let weightless = effects.buoyancy.is_some_and(|buoyancy| buoyancy.without_weight);
     if let Some(gravity) = effects.gravity.filter(|_| !weightless) {
         stages.push(Box::new(gravity));
@@ -55,6 +65,10 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
         stages.push(diffusion::stage::<C, T>(Carried::Concentration, scalar, parameters));
         stages.push(Box::new(Advance::new(Carried::Concentration, scalar, parameters)));
     }
+    if let Some(frame) = &effects.frame {
+        let (frame, dimensions) = (frame.clone(), parameters.dimensions);
+        stages.push(Box::new(FrameAcceleration { frame, dimensions }));
+    }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
         stages.push(Box::new(Collisions::new(collision, parameters, state)));
@@ -65,6 +79,9 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     if let Some(pressure) = effects.pressure {
         stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
         stages.push(Box::new(Corrector));
+    }
+    if let Some(bodies) = &effects.rigid_bodies {
+        stages.push(Box::new(BodyMotion::new(bodies.clone(), parameters, state)));
     }
     stages
 }
@@ -84,6 +101,8 @@ pub struct StepReport {
     pub ghosts: usize,
     /// `None` in a scene without pressure.
     pub pressure: Option<PressureReport>,
+    /// `None` in a scene without flow boundaries.
+    pub flow: Option<FlowReport>,
 }
 
 /// A simulation whose search and distance test were chosen when it was built.
@@ -170,8 +189,8 @@ impl<C: CandidateSearch, T: DistanceTest> Simulation for Composed<C, T> {
                 redone
             }
         })?;
-        let State { step, time_s, time_step_s, ghosts, pressure, .. } = self.state;
-        Ok(StepReport { step, time_s, time_step_s, redone, ghosts, pressure })
+        let State { step, time_s, time_step_s, ghosts, pressure, flow, .. } = self.state;
+        Ok(StepReport { step, time_s, time_step_s, redone, ghosts, pressure, flow })
     }
 
     fn particles(&self) -> &Particles {
@@ -258,6 +277,9 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
     let mut state = State::<C>::new(particles, grid, workers, parameters.time_step_s);
     state.step = start.steps_done;
     state.time_s = start.steps_done as f64 * parameters.time_step_s;
+    if parameters.effects.flow_boundaries.is_some() {
+        state.ghosts = ghosts_outside(&state.particles, &parameters.domain);
+    }
     let stages = stages::<C, T>(parameters, options, &state);
     let adaptive = parameters.adaptive.map(|rules| Adaptive::new(rules, parameters));
     Ok(Box::new(Composed { state, stages, adaptive }))

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::base::parallel::{FirstIndex, Rows, Team, Workers};
 use crate::base::vec3::{Vec3, ZERO};
 use crate::engine::columns::{Column, Visitor};
+use crate::engine::effects::flow_boundaries::FlowReport;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Domain;
 use crate::engine::particles::{Kind, Particles};
@@ -49,6 +50,10 @@ pub struct State<C> {
     pub ghosts: usize,
     /// What the pressure solve of this step met; stays `None` in a scene without pressure.
     pub pressure: Option<PressureReport>,
+    /// What came and went; stays `None` in a scene without flow boundaries.
+    pub flow: Option<FlowReport>,
+    /// Whether walls move: what was worked out from their places then holds for one step.
+    pub walls_moved: bool,
     candidates: C,
     buckets: Buckets,
     /// Whether the buckets are those of the present positions.
@@ -68,6 +73,8 @@ impl<C: CandidateSearch> State<C> {
             time_s: 0.0,
             time_step_s,
             pressure: None,
+            flow: None,
+            walls_moved: false,
             fresh: false,
         }
     }

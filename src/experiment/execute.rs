@@ -71,7 +71,7 @@ fn needed_states(plan: &Plan, folder: &Path, failed: Failed) -> Result<BTreeSet<
         let groups = round.trials.iter().filter_map(|trial| match &trial.work {
             Work::Timed(timed) if round.stage == Stage::Paired => Some(timed.group),
             Work::Twin(work) => Some(work.group),
-            Work::Timed(_) | Work::Observed(_) => None,
+            Work::Timed(_) | Work::Observed(_) | Work::Validation(_) => None,
         });
         needed.extend(groups.map(|group| experiment.groups[group].states));
     }
@@ -249,6 +249,9 @@ impl<'a> Execution<'a> {
                 twin = Some(outcome);
                 (work.cell.label(), Vec::new(), request.map(TrialRequest::Twin))
             }
+            Work::Validation(request) => {
+                (request.case.clone(), Vec::new(), Ok(TrialRequest::Validation(request.clone())))
+            }
         };
         let limit = match experiment.spec.time_limit_s {
             Some(limit_s) => Duration::from_secs_f64(limit_s),
@@ -276,6 +279,7 @@ impl<'a> Execution<'a> {
             outcome: None,
             observation: None,
             twin,
+            validated: None,
         };
         record.take(ending, request.as_ref().ok(), limit);
         Ok((record, complaint))
@@ -375,6 +379,7 @@ impl TrialRecord {
         match request.context("nobody asked for it")? {
             TrialRequest::Timed(_) => self.outcome = Some(serde_json::from_slice(answer)?),
             TrialRequest::Observed(_) => self.observation = Some(serde_json::from_slice(answer)?),
+            TrialRequest::Validation(_) => self.validated = Some(serde_json::from_slice(answer)?),
             TrialRequest::Twin(request) => {
                 let answer = TwinAnswer::parse(answer, request.asked())?;
                 self.twin.as_mut().context("no twin was asked for it")?.answer = Some(answer);

@@ -17,6 +17,7 @@ use crate::experiment::selection::CellSettings;
 use crate::experiment::spec::{Experiment, Mode, Paired};
 use crate::experiment::twin;
 use crate::experiment::twin::outcome::{Language, TwinCell};
+use crate::scene::validation::Case;
 
 /// Seconds, some thirty years: longer than anything here takes, so that sums of times stay finite.
 const LONGEST_S: f64 = 1e9;
@@ -128,7 +129,16 @@ pub(super) fn planned_cells(
             experiment.observed_runs(mode).into_iter().map(cell).collect()
         }
         Stage::Twin if measurement.twin.is_some() => twin_cells(experiment, usable),
-        Stage::Observed | Stage::Twin => Vec::new(),
+        Stage::Validation if measurement.validation.is_some() => {
+            let cell = |case: &Case| Cell {
+                subject: case.name.to_string(),
+                threads: 1,
+                variants: Some(Vec::new()),
+                rust_twin: None,
+            };
+            experiment.validation.iter().flat_map(|v| v.cases()).map(cell).collect()
+        }
+        Stage::Observed | Stage::Twin | Stage::Validation => Vec::new(),
     }
 }
 
@@ -207,7 +217,7 @@ impl TrialRecord {
         let (timed, observed) = (self.outcome.is_some(), self.observation.is_some());
         let expected = match (self.status, stage) {
             (Status::Ok, Stage::Observed) => (false, true),
-            (Status::Ok, Stage::Twin) => (false, false),
+            (Status::Ok, Stage::Twin | Stage::Validation) => (false, false),
             (Status::Ok, _) => (true, false),
             _ => (false, false),
         };

@@ -6,7 +6,7 @@ use crate::base::input::{Check, InputError};
 use crate::experiment::spec::Experiment;
 
 /// Name and text of each experiment, in the order of the report.
-const EXPERIMENTS: [(&str, &str); 11] = [
+const EXPERIMENTS: [(&str, &str); 12] = [
     ("table2", include_str!("../../experiments/table2.toml")),
     ("figure4", include_str!("../../experiments/figure4.toml")),
     ("memory-order", include_str!("../../experiments/memory-order.toml")),
@@ -18,6 +18,7 @@ const EXPERIMENTS: [(&str, &str); 11] = [
     ("effects-cost", include_str!("../../experiments/effects-cost.toml")),
     ("accuracy-cost", include_str!("../../experiments/accuracy-cost.toml")),
     ("hard-cases", include_str!("../../experiments/hard-cases.toml")),
+    ("validation", include_str!("../../experiments/validation.toml")),
 ];
 
 /// The names of all embedded experiments.

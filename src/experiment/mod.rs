@@ -6,6 +6,7 @@
 //! `twin` is a kind of trial of its own. A run folder may come from anywhere: `foreign` reads it safely, `fit` holds it to
 //! its own plan.
 
+pub mod ablation;
 pub mod calibration;
 pub mod child;
 pub mod cluster;
@@ -39,3 +40,4 @@ pub mod sweep;
 pub mod timer;
 pub mod trial;
 pub mod twin;
+pub mod validation;

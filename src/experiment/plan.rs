@@ -16,6 +16,7 @@ use crate::experiment::selection::CellSettings;
 use crate::experiment::spec::{Experiment, Mode, Paired, Windows, scene_sets};
 use crate::experiment::states::States;
 use crate::experiment::twin::{self, plan::TwinWork};
+use crate::experiment::validation::ValidationRequest;
 use crate::scene::{Scene, library};
 
 /// Everything a run will do, in order.
@@ -86,6 +87,7 @@ pub enum Work {
     /// Index into [`PlannedExperiment::runs`].
     Observed(usize),
     Twin(TwinWork),
+    Validation(ValidationRequest),
 }
 
 #[derive(Debug, Clone)]
@@ -139,7 +141,7 @@ impl PlannedTrial {
     pub fn cells(&self) -> usize {
         match &self.work {
             Work::Timed(timed) => timed.variants.len(),
-            Work::Observed(_) | Work::Twin(_) => 1,
+            Work::Observed(_) | Work::Twin(_) | Work::Validation(_) => 1,
         }
     }
 

@@ -20,6 +20,7 @@ use crate::experiment::machine::Noise;
 use crate::experiment::memory_order::MemoryOrder;
 use crate::experiment::quantity::Quantity;
 use crate::experiment::twin::outcome::TwinOutcome;
+use crate::experiment::validation::Validated;
 
 /// The version of every file of a run folder.
 pub const SCHEMA: u32 = 2;
@@ -314,6 +315,9 @@ pub struct TrialRecord {
     /// Which twin ran, and what it measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twin: Option<TwinOutcome>,
+    /// What a validating case found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub validated: Option<Validated>,
 }
 
 /// Which kind of trial a round holds.
@@ -330,10 +334,13 @@ pub enum Stage {
     Observed,
     /// The loop of the paper's Figure 3 in one language, a program a process.
     Twin,
+    /// Cases with known answers, one a process.
+    Validation,
 }
 
 impl Stage {
-    pub const ALL: [Stage; 5] = [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed, Stage::Twin];
+    pub const ALL: [Stage; 6] =
+        [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed, Stage::Twin, Stage::Validation];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -342,6 +349,7 @@ impl Stage {
             Stage::Paired => "paired",
             Stage::Observed => "observed",
             Stage::Twin => "twin",
+            Stage::Validation => "validation",
         }
     }
 }
@@ -399,6 +407,12 @@ impl RoundRecord {
             if record.stage == Stage::Twin {
                 let twin = trial.twin.as_ref().with_context(|| format!("{name}: a trial of no twin"))?;
                 twin.check(trial.threads).with_context(|| format!("{name}"))?;
+                continue;
+            }
+            if record.stage == Stage::Validation {
+                let found =
+                    trial.validated.as_ref().with_context(|| format!("{name}: a trial of no case"))?;
+                found.check().with_context(|| format!("{name}"))?;
                 continue;
             }
             let outcome =

@@ -17,6 +17,7 @@ use crate::experiment::selection::{CellSettings, Exclusion, Selection};
 use crate::experiment::stopping::Rounds;
 use crate::experiment::sweep::Sweep;
 use crate::experiment::twin::spec::{TwinFactors, TwinMeasurement};
+use crate::experiment::validation::{Validation, ValidationMeasurement};
 
 /// The version of the experiment format.
 pub const SCHEMA: u32 = 2;
@@ -103,6 +104,9 @@ pub struct Experiment {
     /// The loop of the paper's Figure 3 in two languages.
     #[serde(default)]
     pub twin: Option<TwinFactors>,
+    /// Cases with known answers.
+    #[serde(default)]
+    pub validation: Option<Validation>,
     /// What each mode measures.
     pub mode: Modes,
 }
@@ -131,6 +135,7 @@ pub struct Measurement {
     pub paired: Option<Paired>,
     pub observed: Option<Observed>,
     pub twin: Option<TwinMeasurement>,
+    pub validation: Option<ValidationMeasurement>,
 }
 
 /// Whole runs, one variant a process.
@@ -243,6 +248,9 @@ impl Experiment {
         if let Some(twin) = &self.twin {
             twin.check(check)?;
         }
+        if let Some(validation) = &self.validation {
+            validation.check(check)?;
+        }
         for mode in Mode::ALL {
             self.check_mode(check, mode)?;
         }
@@ -279,8 +287,11 @@ impl Experiment {
         let twin = measurement.twin.is_some();
         let allowed = "`twin` and the table `[twin]` belong together";
         check.require(!twin || self.twin.is_some(), &key("twin"), twin, allowed)?;
+        let validation = measurement.validation.is_some();
+        let allowed = "`validation` and the table `[validation]` belong together";
+        check.require(!validation || self.validation.is_some(), &key("validation"), validation, allowed)?;
         check.require(
-            timed || twin || !runs.is_empty(),
+            timed || twin || validation || !runs.is_empty(),
             &key("paired"),
             "missing",
             "a mode must measure something",
@@ -341,6 +352,7 @@ impl Experiment {
             Stage::Whole => measurement.whole.as_ref().map(|whole| whole.rounds),
             Stage::Paired => measurement.paired.as_ref().map(|paired| paired.rounds),
             Stage::Observed => measurement.observed.as_ref().map(|observed| Rounds::Fixed(observed.rounds)),
+            Stage::Validation => measurement.validation.map(|_| Rounds::Fixed(1)),
             Stage::Twin => measurement.twin.as_ref().map(|twin| Rounds::Fixed(twin.rounds)),
         }
     }

@@ -25,6 +25,7 @@ use crate::experiment::record::{
 };
 use crate::experiment::timer::PhaseClock;
 use crate::experiment::twin::trial::{self as twin, TwinRequest};
+use crate::experiment::validation::{self, ValidationRequest};
 use crate::scene::{library, snapshot};
 
 /// What a child process is asked to do.
@@ -34,6 +35,7 @@ pub enum TrialRequest {
     Timed(TimedRequest),
     Observed(ObserveRequest),
     Twin(TwinRequest),
+    Validation(ValidationRequest),
 }
 
 /// Which steps to compute in which ways.
@@ -65,6 +67,7 @@ pub fn run(request: &TrialRequest) -> Result<Vec<u8>> {
         TrialRequest::Timed(request) => serde_json::to_vec(&run_timed(request)?)?,
         TrialRequest::Observed(request) => serde_json::to_vec(&observe::run(request)?)?,
         TrialRequest::Twin(request) => twin::run(request)?,
+        TrialRequest::Validation(request) => serde_json::to_vec(&validation::run(request)?)?,
     })
 }
 

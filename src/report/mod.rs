@@ -23,5 +23,6 @@ pub mod section;
 pub mod summary;
 pub mod table;
 pub mod twin;
+pub mod validation;
 pub mod work_precision;
 pub mod write_up;

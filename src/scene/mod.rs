@@ -1,7 +1,9 @@
 //! Scenes: what to simulate, as a TOML file says it.
 
+pub mod checkpoint;
 pub mod geometry;
 pub mod library;
+pub mod number_table;
 pub mod snapshot;
 pub mod spec;
 pub mod validation;

@@ -1,6 +1,6 @@
 //! Rigid collision of particles that came too close.
 //!
-//! For fluid `i` and each `j` within the collision distance, one after another: with `e = r_ij / r`, the current `u_i`
+//! For each `i` of fluid and bodies and each `j` within the collision distance, one after another: with `e = r_ij / r`, the current `u_i`
 //! and `j`'s velocity from before the phase, `s = (u_i - u_j) . e`; if they approach (`s > 0`),
 //! `u_i -= s (1 + restitution) / 2 e`. All new velocities take effect together: `x_i += (u_new - u_old) dt`,
 //! `u = u_new` (the textbook's collision model, equal masses).
@@ -10,7 +10,6 @@ use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, is_finite, scale, sub};
 use crate::engine::effects::motion::take_over;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
-use crate::engine::particles::Kind;
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Stage, State};
@@ -48,7 +47,7 @@ impl Collisions {
         state.team().fill(Rows::new(&mut self.velocity_after), |range, velocity_after| {
             for (i, after) in range.zip(velocity_after) {
                 let mut u_i = velocity[i];
-                if kind[i] == Kind::Fluid {
+                if kind[i].moves() {
                     near.for_each_neighbor::<T>(i, distance_m, |j, r_ij, r| {
                         let e = scale(1.0 / r, r_ij);
                         let approach = dot(sub(u_i, velocity[j]), e);

@@ -3,7 +3,11 @@
 pub mod buoyancy;
 pub mod collision;
 pub mod diffusion;
+pub mod flow_boundaries;
+pub mod frame;
 pub mod gravity;
 pub mod motion;
+pub mod rigid_bodies;
 pub mod viscosity;
 pub mod wall_contact;
+pub mod wall_motion;

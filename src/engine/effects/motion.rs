@@ -4,7 +4,7 @@
 use crate::base::parallel::Rows;
 use crate::base::vec3::{Vec3, ZERO, add_scaled, sub};
 use crate::engine::error::SimulationError;
-use crate::engine::particles::{Kind, Particles};
+use crate::engine::particles::Particles;
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::search::CandidateSearch;
 use crate::engine::stage::{Stage, State};
@@ -61,7 +61,7 @@ fn advance<C: CandidateSearch>(
     state.positions_changed();
 }
 
-/// Gives every fluid particle the velocity it has after an impact, and moves it as if it had had it in this step:
+/// Gives every particle of fluid and bodies the velocity it has after an impact, and moves it as if it had had it in this step:
 /// `x += (u_after - u) dt`, `u = u_after`.
 pub fn take_over<C: CandidateSearch>(velocity_after: &[Vec3], state: &mut State<C>) {
     let time_step_s = state.time_step_s;
@@ -69,7 +69,7 @@ pub fn take_over<C: CandidateSearch>(velocity_after: &[Vec3], state: &mut State<
     let columns = (Rows::new(position), Rows::new(velocity));
     state.workers.scheduled().fill(columns, |range, (position, velocity)| {
         for (k, i) in range.enumerate() {
-            if kind[i] == Kind::Fluid {
+            if kind[i].moves() {
                 let change = sub(velocity_after[i], velocity[k]);
                 position[k] = add_scaled(position[k], time_step_s, change);
                 velocity[k] = velocity_after[i];

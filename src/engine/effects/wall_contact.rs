@@ -3,16 +3,16 @@
 //! A wall of particles has holes: between four of them a fluid particle stays 0.71 particle distances away from each, out
 //! of the reach of a collision at 0.5, and the holes of all layers line up. Here a wall particle `j` on the surface of a
 //! wall stands for a piece of its plane. With the unit normal `n_j` out of the wall, the height `h = (x_i - x_j) . n_j` of
-//! a fluid particle `i` and its offset `|x_i - x_j - h n_j|` along the plane: if `|h| < height`, `offset < reach` and
-//! `u_i . n_j < 0`, then `u_i -= (u_i . n_j) n_j`, one wall particle after another. The wall neither moves nor gives
-//! anything back. All new velocities take effect together: `x_i += (u_new - u_old) dt`, `u = u_new`, as in a collision.
+//! a particle `i` of fluid or a body and its offset `|x_i - x_j - h n_j|` along the plane: if `|h| < height`, `offset < reach` and
+//! `(u_i - u_j) . n_j < 0`, then `u_i -= ((u_i - u_j) . n_j) n_j`, one wall particle after another. The wall goes on as it
+//! does and gives nothing back. All new velocities take effect together: `x_i += (u_new - u_old) dt`, `u = u_new`, as in a collision.
 //!
 //! `n_j` is the direction of `-sum_k w(r_jk, re_n) r_jk` over the solid particles `k` (walls and dummy walls) within
 //! `re_n`. A particle has one where that sum is longer than a share of `l0 sum_k w`: the first layer, its edges and its
 //! rim. Our own model, after the usual way to find surfaces from particles.
 
 use crate::base::parallel::{FirstIndex, Rows};
-use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, is_finite, scale};
+use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, is_finite, scale, sub};
 use crate::engine::effects::motion::take_over;
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::weight;
@@ -48,8 +48,8 @@ pub struct WallContacts {
     reach_m: f64,
     radius_m: f64,
     facing: Facing,
-    /// The unit normal out of the wall of each wall particle on its surface, zero for all others. Walls stand still, so
-    /// it is worked out once, in the first step.
+    /// The unit normal out of the wall of each wall particle on its surface, zero for all others. Where walls
+    /// stand still it is worked out once, in the first step.
     normal: Vec<Vec3>,
     normals_known: bool,
     velocity_after: Vec<Vec3>,
@@ -97,9 +97,10 @@ impl WallContacts {
         let (kind, facing) = (&state.particles.kind, self.facing);
         state.team().fill(Rows::new(&mut self.normal), |range, normal| {
             for (i, normal) in range.zip(normal) {
-                if kind[i] == Kind::Wall {
-                    *normal = facing.normal::<C, T>(state, i);
-                }
+                *normal = match kind[i] {
+                    Kind::Wall => facing.normal::<C, T>(state, i),
+                    _ => ZERO,
+                };
             }
         });
     }
@@ -111,11 +112,11 @@ impl WallContacts {
         state.team().fill(Rows::new(&mut self.velocity_after), |range, velocity_after| {
             for (i, after) in range.zip(velocity_after) {
                 let mut u_i = velocity[i];
-                if kind[i] == Kind::Fluid {
+                if kind[i].moves() {
                     near.for_each_neighbor::<T>(i, radius_m, |j, r_ij, r| {
                         let n = normal[j];
                         // A wall particle that faces nowhere has height zero and speed zero: it stops nobody.
-                        let (height, speed) = (-dot(r_ij, n), dot(u_i, n));
+                        let (height, speed) = (-dot(r_ij, n), dot(sub(u_i, velocity[j]), n));
                         let offset2 = r * r - height * height;
                         if speed < 0.0 && height.abs() < height_m && offset2 < reach_m * reach_m {
                             u_i = add_scaled(u_i, -speed, n);
@@ -136,7 +137,7 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for WallContacts {
         state.refresh(probe)?;
         let broken = FirstIndex::default();
         within(probe, Phase::WallContact, || {
-            if !self.normals_known {
+            if !self.normals_known || state.walls_moved {
                 self.find_normals::<C, T>(state);
                 self.normals_known = true;
             }

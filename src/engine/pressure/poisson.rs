@@ -1,14 +1,18 @@
 //! The pressure Poisson equation of one step, `A p = b` over the inner particles.
 //!
-//! * Source `b_i = gamma / dt^2 (n_i - n0) / n0`, Pa/m2 per (kg/m3).
+//! * Source `b_i = gamma / dt^2 (n_i - n0) / n0`, Pa/m2 per (kg/m3), or that of [`divergence`](super::divergence).
 //! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
 //!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
 
+use crate::base::parallel::Team;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
+use crate::engine::pressure::divergence::DivergenceSource;
+use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::pressure::matrix::{SparseMatrix, Storage};
+use crate::engine::pressure::options::Source;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::State;
 
@@ -27,9 +31,11 @@ pub struct Poisson {
     source_relaxation: f64,
     /// `n0` of the number density.
     n0: f64,
+    /// `None` where the source is the density's.
+    divergence: Option<DivergenceSource>,
     pub matrix: SparseMatrix,
     pub source: Vec<f64>,
-    /// Whether every density error is rounding noise.
+    /// Whether the whole source is rounding noise.
     pub quiet: bool,
 }
 
@@ -42,6 +48,12 @@ impl Poisson {
             compressibility_1_pa: pressure.compressibility_1_pa,
             source_relaxation: pressure.source_relaxation,
             n0: parameters.reference(parameters.number_density_radius_m()).number_density,
+            divergence: match pressure.source {
+                Source::Density => None,
+                Source::Divergence { density_feedback_s } => {
+                    Some(DivergenceSource::new(density_feedback_s, pressure, parameters))
+                }
+            },
             matrix: SparseMatrix::new(storage, lattice.neighbors),
             source: Vec::new(),
             quiet: true,
@@ -49,12 +61,21 @@ impl Poisson {
     }
 
     /// Phase `source`.
-    pub fn set_source<C: CandidateSearch>(&mut self, unknowns: &Unknowns, state: &State<C>) {
+    pub fn set_source<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
+        if let Some(divergence) = self.divergence {
+            divergence.set::<C, T>(&mut self.source, unknowns, state);
+            return self.note_noise(state.time_step_s);
+        }
         let (n, n0) = (&state.particles.number_density, self.n0);
         let relaxation = self.source_relaxation / (state.time_step_s * state.time_step_s);
         self.source.clear();
         self.source.extend(unknowns.rows.iter().map(|&i| relaxation * ((n[i as usize] - n0) / n0)));
         self.quiet = unknowns.rows.iter().all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
+    }
+
+    /// Sets `quiet`: `dt^2 b` is what density errors the step would make, relative to `n0`.
+    fn note_noise(&mut self, dt: f64) {
+        self.quiet = self.source.iter().all(|b| (dt * dt * b).abs() <= QUIET);
     }
 
     /// Phase `matrix`.
@@ -76,6 +97,14 @@ impl Poisson {
             });
             sum + compressibility
         });
+    }
+
+    /// Takes the part out of the source that no pressure can fulfil where there is no surface.
+    pub fn project(&mut self, parts: &mut EnclosedParts, team: Team<'_>, time_step_s: f64) {
+        if !parts.is_empty() {
+            parts.subtract_means(&mut self.source, team);
+            self.note_noise(time_step_s);
+        }
     }
 
     /// Doubles the diagonal of rows without a path to a known pressure, whose system would be singular but for the

@@ -89,6 +89,7 @@ fn is_of(
             trial.subject == run.id && trial.variants == [run.variant.clone()]
         }
         Work::Twin(work) => trial.subject == work.cell.label() && trial.variants.is_empty(),
+        Work::Validation(request) => trial.subject == request.case && trial.variants.is_empty(),
     };
     same && trial.position == position && trial.threads == planned.threads
 }

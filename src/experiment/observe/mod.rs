@@ -50,15 +50,19 @@ pub fn run(request: &ObserveRequest) -> Result<Observation> {
     let mut simulation = simulation::build(&parameters, &options, start, workers)?;
     let bytes = |simulation: &dyn Simulation| simulation.bytes() as f64 / initial.len() as f64;
     let column_bytes = bytes(&*simulation);
-    let mut watch = Watch::new(&initial, &parameters, scene.steps());
+    let mut watch = Watch::new(&initial, &parameters, &scene);
     let (mut stepping_s, mut error) = (0.0, None);
-    for _ in 0..scene.steps() {
+    let mut time_s = 0.0;
+    while !scene.is_over(watch.steps_done, time_s) {
         interrupt::check()?;
         let began = Instant::now();
         let step = simulation.step(&mut NoProbe);
         stepping_s += began.elapsed().as_secs_f64();
         match step {
-            Ok(report) => watch.look(simulation.particles(), report),
+            Ok(report) => {
+                time_s = report.time_s;
+                watch.look(simulation.particles(), report);
+            }
             Err(broken) => {
                 error = Some(broken);
                 break;

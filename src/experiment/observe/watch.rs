@@ -10,21 +10,30 @@ use crate::engine::simulation::StepReport;
 use crate::experiment::observe::front::FrontWatch;
 use crate::experiment::observe::profile::Profile;
 use crate::experiment::quantity::Quantity;
+use crate::scene::Scene;
 
 /// Looks at a run after every step. `H`, the fluid's depth, counts half a particle distance below its lowest and above
 /// its highest particle.
 pub struct Watch<'a> {
     initial: &'a [InitialParticle],
     parameters: &'a Parameters,
-    steps: usize,
+    scene: &'a Scene,
+    /// Simulated time after the last step, seconds.
+    time_s: f64,
     pub steps_done: usize,
     depth_m: f64,
     gravity: Vec3,
     start_energy: f64,
     most_energy: f64,
     max_speed_m_s: f64,
+    max_courant: f64,
     late_speed_m_s: f64,
     max_pressure_pa: f64,
+    /// At the end, J/kg.
+    kinetic_energy: f64,
+    /// At the end; `None` in a scene without heat.
+    mean_temperature: Option<f64>,
+    mean_concentration: Option<f64>,
     cg_iterations: usize,
     last: Vec<Alive>,
     left: usize,
@@ -32,6 +41,14 @@ pub struct Watch<'a> {
     leaks: LeakWatch,
     pub front: FrontWatch,
     profile: Option<Profile>,
+}
+
+/// When a run ends, seconds.
+fn end_s(scene: &Scene) -> f64 {
+    match scene.adaptive_time_step {
+        None => scene.steps() as f64 * scene.time_step_s,
+        Some(_) => scene.end_time_s,
+    }
 }
 
 /// A fluid particle that is still there.
@@ -42,7 +59,7 @@ struct Alive {
 }
 
 impl<'a> Watch<'a> {
-    pub fn new(initial: &'a [InitialParticle], parameters: &'a Parameters, steps: usize) -> Self {
+    pub fn new(initial: &'a [InitialParticle], parameters: &'a Parameters, scene: &'a Scene) -> Self {
         let fluid = || initial.iter().filter(|p| p.kind == Kind::Fluid);
         let heights = || fluid().map(|p| p.position[1]);
         let (low, high) =
@@ -53,21 +70,26 @@ impl<'a> Watch<'a> {
         let mut watch = Watch {
             initial,
             parameters,
-            steps,
+            scene,
+            time_s: 0.0,
             steps_done: 0,
             depth_m,
             gravity,
             start_energy: 0.0,
             most_energy: f64::NEG_INFINITY,
             max_speed_m_s: 0.0,
+            max_courant: 0.0,
             late_speed_m_s: 0.0,
             max_pressure_pa: 0.0,
+            kinetic_energy: 0.0,
+            mean_temperature: None,
+            mean_concentration: None,
             cg_iterations: 0,
             last: Vec::new(),
             left: 0,
             not_finite: 0,
             leaks: LeakWatch::new(initial, parameters.particle_distance_m),
-            front: FrontWatch::new(steps as f64 * parameters.time_step_s),
+            front: FrontWatch::new(end_s(scene)),
             profile: Profile::new(initial, parameters, surface_m),
         };
         let at_start = fluid().map(|p| 0.5 * dot(p.velocity, p.velocity) - dot(gravity, p.position));
@@ -84,12 +106,22 @@ impl<'a> Watch<'a> {
 
     pub fn look(&mut self, particles: &Particles, report: StepReport) {
         self.steps_done += 1;
-        let late = 2 * self.steps_done > self.steps;
+        // The sum of equal steps gathers rounding errors, their product does not.
+        self.time_s = match self.scene.adaptive_time_step {
+            None => self.steps_done as f64 * self.parameters.time_step_s,
+            Some(_) => report.time_s,
+        };
+        let late = match self.scene.adaptive_time_step {
+            None => 2 * self.steps_done > self.scene.steps(),
+            Some(_) => 2.0 * self.time_s > self.scene.end_time_s,
+        };
         let flow = FlowState::of(particles);
         let energy = energy(particles, self.gravity);
         let energy = energy.kinetic + energy.potential - flow.fluid as f64 * self.least_potential();
         self.most_energy = self.most_energy.max(energy);
         self.max_speed_m_s = self.max_speed_m_s.max(flow.max_speed_m_s);
+        let courant = flow.max_speed_m_s * report.time_step_s / self.parameters.particle_distance_m;
+        self.max_courant = self.max_courant.max(courant);
         if late {
             self.late_speed_m_s = self.late_speed_m_s.max(flow.max_speed_m_s);
         }
@@ -97,16 +129,24 @@ impl<'a> Watch<'a> {
         self.cg_iterations += report.pressure.map_or(0, |solve| solve.cg.iterations);
         self.left = report.ghosts;
         self.leaks.look(particles);
-        self.front.look(self.steps_done as f64 * self.parameters.time_step_s, flow.front_p99_m);
+        self.front.look(self.time_s, flow.front_p99_m);
         if let Some(profile) = self.profile.as_mut().filter(|_| late) {
             profile.look(particles);
         }
-        if self.steps_done == self.steps {
+        if self.scene.is_over(self.steps_done, self.time_s) {
             self.look_last(particles);
         }
     }
 
     fn look_last(&mut self, particles: &Particles) {
+        let alive = particles.count(Kind::Fluid).max(1) as f64;
+        self.kinetic_energy = energy(particles, self.gravity).kinetic / alive;
+        let mean = |column: &[f64]| {
+            let fluid = column.iter().zip(&particles.kind).filter(|&(_, kind)| *kind == Kind::Fluid);
+            (!column.is_empty()).then(|| fluid.map(|(value, _)| value).sum::<f64>() / alive)
+        };
+        (self.mean_temperature, self.mean_concentration) =
+            (mean(&particles.temperature), mean(&particles.concentration));
         let fluid = (0..particles.len()).filter(|&i| particles.kind[i] == Kind::Fluid);
         self.last = fluid.map(|index| Alive { index, position: particles.position[index] }).collect();
         let broken = |i: usize| {
@@ -122,11 +162,10 @@ impl<'a> Watch<'a> {
         if self.steps_done == 0 {
             return found;
         }
-        let (l0, time_step_s) = (self.parameters.particle_distance_m, self.parameters.time_step_s);
         found.insert(Quantity::Left, self.left as f64);
         found.insert(Quantity::Leaks, self.leaks.count() as f64);
         found.insert(Quantity::MaxSpeed, self.max_speed_m_s);
-        found.insert(Quantity::MaxCourant, self.max_speed_m_s * time_step_s / l0);
+        found.insert(Quantity::MaxCourant, self.max_courant);
         found.insert(Quantity::CgIterations, self.cg_iterations as f64 / self.steps_done as f64);
         if self.start_energy > 0.0 {
             found.insert(Quantity::EnergyRise, (self.most_energy / self.start_energy - 1.0).max(0.0));
@@ -140,7 +179,7 @@ impl<'a> Watch<'a> {
         if let Some(profile) = &self.profile {
             found.extend(profile.quantities());
         }
-        if self.steps_done == self.steps {
+        if self.scene.is_over(self.steps_done, self.time_s) {
             self.add_last(&mut found);
         }
         found
@@ -153,6 +192,9 @@ impl<'a> Watch<'a> {
         found.insert(Quantity::Alive, alive);
         found.insert(Quantity::Missing, fluid - alive - self.left as f64);
         found.insert(Quantity::NotFinite, self.not_finite as f64);
+        found.insert(Quantity::KineticEnergy, self.kinetic_energy);
+        found.extend(self.mean_temperature.map(|mean| (Quantity::MeanTemperature, mean)));
+        found.extend(self.mean_concentration.map(|mean| (Quantity::MeanConcentration, mean)));
         if let Some(front) = self.front.samples.last() {
             found.insert(Quantity::FrontP99, front.front_p99_m);
         }

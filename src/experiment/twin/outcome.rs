@@ -228,6 +228,7 @@ mod tests {
             outcome: None,
             observation: None,
             twin: Some(TwinOutcome { cell, build: None, answer: Some(answer) }),
+            validated: None,
         }
     }
 

@@ -326,6 +326,34 @@ pub static TWIN: Table = Table {
     ],
 };
 
+pub static VALIDATION: Table = Table {
+    name: "validation",
+    title: "Validation",
+    description: "A row a comparison of an effect with a known answer.",
+    columns: &[
+        SCHEMA_VERSION,
+        RUN_ID,
+        MODE,
+        EXPERIMENT,
+        text("validating_case", "The case by its name in the program."),
+        text("effect", "The effect that the case holds to account."),
+        text("simulated", "What was simulated."),
+        text("quantity", "What was compared, with its unit."),
+        number("value", "", "What was found, in the quantity's unit."),
+        number("reference", "", "What is known, in the quantity's unit."),
+        number("error", "1", "Relative to the reference unless the quantity says otherwise."),
+        number("gate", "1", "The largest error that passes."),
+        text("verdict", "pass, fail, or none for a case that could not be computed."),
+        text("source", "Where the reference is from."),
+        STATUS,
+        REASON,
+        number("wall_s", "s", "Wall time of the whole process."),
+        STARTED,
+        MACHINE_ID,
+        SOURCE_HASH,
+    ],
+};
+
 pub static EFFORT: Table = Table {
     name: "effort",
     title: "Effort",
@@ -396,7 +424,7 @@ pub static DICTIONARY: Table = Table {
 };
 
 /// Every table, in the order in which a reader wants them.
-pub static TABLES: [&Table; 14] = [
+pub static TABLES: [&Table; 15] = [
     &CLAIMS,
     &TABLE2,
     &FIGURE4,
@@ -406,6 +434,7 @@ pub static TABLES: [&Table; 14] = [
     &OBSERVATIONS,
     &FRONTS,
     &TWIN,
+    &VALIDATION,
     &EFFORT,
     &EXPERIMENTS,
     &MACHINE,

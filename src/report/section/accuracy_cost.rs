@@ -28,8 +28,9 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     let measured_front = MeasuredFront::load();
     let mut findings: Vec<String> = judged.iter().flat_map(Judged::findings).collect();
     findings.extend(front.and_then(|judged| judged.against(&measured_front)));
-    let mut figures = vec![("accuracy-cost", figure(measured, &judged, &measured_front))];
-    figures.extend(front.map(|judged| ("front", front_figure(measured, judged, &measured_front))));
+    let mut figures = vec![("accuracy-cost".to_string(), figure(measured, &judged, &measured_front))];
+    figures
+        .extend(front.map(|judged| ("front".to_string(), front_figure(measured, judged, &measured_front))));
     Ok(Content {
         findings,
         figures,

@@ -21,7 +21,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     findings.extend(sides.rows().filter_map(|cell| sides.finding(cell)));
     Ok(Content {
         findings,
-        figures: vec![("bucket-side", sides.figure())],
+        figures: vec![("bucket-side".to_string(), sides.figure())],
         tables: vec![sides.table()],
         ..Content::default()
     })

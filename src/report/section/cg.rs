@@ -24,7 +24,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     findings.extend(solver.serial());
     Ok(Content {
         findings,
-        figures: vec![("cg", solver.figure())],
+        figures: vec![("cg".to_string(), solver.figure())],
         tables: vec![solver.tolerances_table(), solver.who_table()],
         ..Content::default()
     })

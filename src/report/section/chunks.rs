@@ -23,7 +23,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     findings.extend(timings.gains());
     Ok(Content {
         findings,
-        figures: vec![("chunks", timings.figure())],
+        figures: vec![("chunks".to_string(), timings.figure())],
         tables: vec![timings.table()],
         ..Content::default()
     })

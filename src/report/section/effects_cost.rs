@@ -22,7 +22,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     findings.extend(equal_answers(&changes));
     Ok(Content {
         findings,
-        figures: vec![("effects-cost", figure(measured, &changes))],
+        figures: vec![("effects-cost".to_string(), figure(measured, &changes))],
         tables: vec![table(&changes)],
         ..Content::default()
     })

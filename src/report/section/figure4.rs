@@ -16,7 +16,7 @@ use crate::report::table::phases_view;
 pub fn content(measured: &Measured, phases: &[CellPhase]) -> Result<Content> {
     Ok(Content {
         findings: vec![how_measured(measured, "figure4")],
-        figures: vec![("figure4", figure4(measured))],
+        figures: vec![("figure4".to_string(), figure4(measured))],
         tables: vec![phases_view(phases, "figure4")],
         ..Content::default()
     })

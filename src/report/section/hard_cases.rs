@@ -22,7 +22,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     let (mut findings, tables) = verdicts(measured, experiment);
     let results = results(measured, experiment);
     findings.extend(cost(experiment, &results));
-    let figures = vec![("hard-cases", figure(measured, experiment, &results))];
+    let figures = vec![("hard-cases".to_string(), figure(measured, experiment, &results))];
     Ok(Content { findings, figures, tables, ..Content::default() })
 }
 

@@ -23,7 +23,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     findings.extend(orders.findings());
     Ok(Content {
         findings,
-        figures: vec![("memory-order", orders.figure())],
+        figures: vec![("memory-order".to_string(), orders.figure())],
         tables: vec![orders.table()],
         ..Content::default()
     })

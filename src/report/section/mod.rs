@@ -2,6 +2,7 @@
 //!
 //! A new experiment that wants more than the table of its phases is one new file here and one line in [`SECTIONS`].
 
+mod ablation;
 mod accuracy_cost;
 mod bucket_side;
 mod cg;
@@ -13,10 +14,12 @@ mod memory_order;
 mod particle_count;
 mod table2;
 mod twin;
+mod validation;
 
 use anyhow::Result;
 
 use crate::base::statistics::Estimate;
+use crate::experiment::ablation::is_ablation;
 use crate::experiment::record::Stage;
 use crate::experiment::spec::{Mode, Paired};
 use crate::report::chart::{Axis, Figure, Point, Scale, Series};
@@ -30,7 +33,7 @@ pub struct Content {
     /// What came out, in sentences.
     pub findings: Vec<String>,
     /// Figures with the name of their file.
-    pub figures: Vec<(&'static str, Figure)>,
+    pub figures: Vec<(String, Figure)>,
     pub tables: Vec<TableView>,
     /// Further files with their path below the run folder.
     pub files: Vec<(String, Vec<u8>)>,
@@ -48,7 +51,7 @@ impl Content {
 
 type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
 
-const SECTIONS: [(&str, Section); 11] = [
+const SECTIONS: [(&str, Section); 12] = [
     ("table2", table2::content),
     ("figure4", figure4::content),
     ("chunks", chunks::content),
@@ -60,12 +63,14 @@ const SECTIONS: [(&str, Section); 11] = [
     ("effects-cost", effects_cost::content),
     ("accuracy-cost", accuracy_cost::content),
     ("hard-cases", hard_cases::content),
+    ("validation", validation::content),
 ];
 
 /// The section of an experiment; that of one without a file of its own shows the times of its phases.
 pub fn content(measured: &Measured, phases: &[CellPhase], id: &str) -> Result<Content> {
     match SECTIONS.iter().find(|(name, _)| *name == id) {
         Some((_, section)) => section(measured, phases),
+        None if is_ablation(id) => Ok(ablation::content_of(measured, id)),
         None => Ok(plain(measured, phases, id)),
     }
 }
@@ -82,6 +87,7 @@ fn plain(measured: &Measured, phases: &[CellPhase], id: &str) -> Content {
         content.findings.extend(findings);
         content.tables.extend(tables);
         content.append(twin::content_of(measured, id));
+        content.append(validation::content_of(measured, id));
     }
     content
 }

@@ -19,7 +19,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
     let sizes = sizes(measured);
     Ok(Content {
         findings: std::iter::once(how_measured(measured, ID)).chain(findings(&sizes)).collect(),
-        figures: vec![("particle-count", figure(measured, &sizes))],
+        figures: vec![("particle-count".to_string(), figure(measured, &sizes))],
         tables: vec![table(&sizes)],
         ..Content::default()
     })

@@ -24,11 +24,11 @@ pub fn content(measured: &Measured, phases: &[CellPhase]) -> Result<Content> {
             ("tables/table2.csv".to_string(), csv_bytes(&table2_rows(measured))?),
             ("tables/table2.md".to_string(), text.into_bytes()),
         ],
-        figures: vec![("table2", bars(measured))],
+        figures: vec![("table2".to_string(), bars(measured))],
         tables: vec![view, phases_view(phases, "table2")],
         findings: vec![how_measured(measured, "table2")],
     };
-    content.figures.extend(steps(measured).map(|figure| ("steps", figure)));
+    content.figures.extend(steps(measured).map(|figure| ("steps".to_string(), figure)));
     content.findings.extend(agreement(measured));
     content.findings.extend(representativeness(measured));
     content.findings.extend(flow(measured));

@@ -32,7 +32,7 @@ pub fn content_of(measured: &Measured, id: &str) -> Content {
     findings.extend(twins.not_applicable());
     Content {
         findings,
-        figures: vec![(ID, twins.figure())],
+        figures: vec![(ID.to_string(), twins.figure())],
         tables: [twins.times_table(), twins.builds_table()]
             .into_iter()
             .filter(|t| !t.rows.is_empty())

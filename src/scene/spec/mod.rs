@@ -8,9 +8,11 @@ use serde::Deserialize;
 use crate::base::input::{Check, InputError};
 use crate::engine::kernel::Dimensions;
 use crate::engine::parameters::{self, AdaptiveTimeStep, Domain, Parameters, Property};
-use crate::engine::particles::InitialParticle;
-use crate::scene::geometry::{Geometry, MAX_LATTICE_POINTS};
+use crate::engine::particles::{InitialParticle, Kind};
+use crate::scene::geometry::{Fill, Geometry, Hydrostatics, MAX_LATTICE_POINTS, Placement};
 use effects::EffectsSpec;
+use effects::rigid_bodies::FixedAxis;
+use effects::wall_motion::MotionSpec;
 
 /// The version of the scene format.
 pub const SCHEMA: u32 = 1;
@@ -98,6 +100,11 @@ pub struct GroupSpec {
     pub diffusivity_m2_s: Option<f64>,
     /// Of fluid at the start; of walls throughout, at their surface.
     pub concentration: Option<f64>,
+    /// How the group's walls move; `effects.wall_motion` must be named.
+    pub motion: Option<MotionSpec>,
+    /// The components of the group's body that are held at zero; `effects.rigid_bodies` must be named.
+    #[serde(default)]
+    pub fixed: Vec<FixedAxis>,
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -185,7 +192,13 @@ impl Scene {
         check.not_negative("domain.margin_m", self.domain.margin_m)?;
         check.not_negative("domain.headroom_m", self.domain.headroom_m)?;
         self.effects.check(check, self)?;
-        self.geometry.check(check, self.particle_distance_m)
+        self.check_motions(check)?;
+        self.check_bodies(check)?;
+        if let Some(boundaries) = &self.effects.flow_boundaries {
+            let (groups, l0) = (self.group_names(), self.particle_distance_m);
+            boundaries.check_beside(check, &groups, l0, self.engine_dimensions())?;
+        }
+        self.geometry.check(check, &self.placement(file))
     }
 
     /// The number of time steps up to the end time.
@@ -193,10 +206,18 @@ impl Scene {
         (self.end_time_s / self.time_step_s - 1e-9).ceil().max(0.0) as usize
     }
 
+    /// Whether a simulation of the scene has come to its end. The number of steps decides where all are equally long.
+    pub fn is_over(&self, steps_done: usize, time_s: f64) -> bool {
+        match self.adaptive_time_step {
+            None => steps_done >= self.steps(),
+            Some(_) => time_s >= self.end_time_s || steps_done >= MAX_STEPS,
+        }
+    }
+
     /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
     pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
-        let single = self.geometry.particle.len() as f64;
-        let points = self.geometry.lattice_points(self.particle_distance_m) + single;
+        let single = (self.geometry.particle.len() + self.reserve()) as f64;
+        let points = self.geometry.lattice_points(&self.placement(file)) + single;
         let buckets = self.buckets();
         let bytes = points * BYTES_PER_PARTICLE as f64 + buckets * BYTES_PER_BUCKET as f64;
         let needed = bytes * copies as f64;
@@ -218,7 +239,7 @@ impl Scene {
     fn buckets(&self) -> f64 {
         let radii = &self.radii;
         let side = radii.number_density.max(radii.gradient).max(radii.laplacian) * self.particle_distance_m;
-        let (low, high) = self.geometry.bounds(self.particle_distance_m);
+        let (low, high) = self.geometry.bounds(&self.placement(""));
         let margins = 2.0 * self.domain.margin_m;
         let headroom = [0.0, self.domain.headroom_m, 0.0];
         (0..self.dimensions as usize)
@@ -270,36 +291,90 @@ impl Scene {
 
     /// The groups by number; the first is that of particles whose region names none.
     fn group_names(&self) -> Vec<String> {
-        Vec::new()
+        let names = self.geometry.group_names();
+        if names.len() > 1 { names } else { Vec::new() }
+    }
+
+    /// Refuses motions that nothing carries out.
+    fn check_motions(&self, check: Check<'_>) -> Result<(), InputError> {
+        let names = self.group_names();
+        for (k, group) in self.group.iter().enumerate() {
+            let key = format!("group[{k}].motion");
+            let Some(motion) = &group.motion else { continue };
+            motion.check(check, &key)?;
+            let allowed = "name `[effects.wall_motion]` as well, or leave the motion out";
+            check.require(self.effects.wall_motion.is_some(), &key, "given without its effect", allowed)?;
+            let (key, allowed) = (format!("group[{k}].name"), "allowed with a motion are groups of regions");
+            check.require(names.contains(&group.name), &key, format!("`{}`", group.name), allowed)?;
+        }
+        let moves = self.group.iter().any(|group| group.motion.is_some());
+        let allowed = "give a `[[group]]` a `motion`, or leave this one out";
+        let idle = self.effects.wall_motion.is_some() && !moves;
+        check.require(!idle, "effects.wall_motion", "named where no group moves", allowed)
+    }
+
+    /// Refuses bodies that nothing keeps rigid.
+    fn check_bodies(&self, check: Check<'_>) -> Result<(), InputError> {
+        let named = self.effects.rigid_bodies.is_some();
+        let allowed = "name `[effects.rigid_bodies]` as well, or leave it out";
+        for (k, region) in self.geometry.region.iter().enumerate() {
+            let key = format!("geometry.region[{k}].fill");
+            check.require(named || region.fill != Fill::Body, &key, "`body` without its effect", allowed)?;
+        }
+        for (k, group) in self.group.iter().enumerate() {
+            let key = format!("group[{k}].fixed");
+            check.require(named || group.fixed.is_empty(), &key, "given without its effect", allowed)?;
+        }
+        Ok(())
+    }
+
+    /// How many particles wait to be let in.
+    fn reserve(&self) -> usize {
+        self.effects.flow_boundaries.as_ref().map_or(0, |boundaries| boundaries.reserve)
+    }
+
+    /// What decides where particles lie besides `geometry`.
+    fn placement<'a>(&self, file: &'a str) -> Placement<'a> {
+        let hydrostatics = self.effects.gravity.as_ref().map(|gravity| Hydrostatics {
+            density_kg_m3: self.fluid.density_kg_m3,
+            gravity_m_s2: gravity.acceleration_m_s2,
+        });
+        Placement {
+            dimensions: self.dimensions as usize,
+            periodic: self.periodic(),
+            hydrostatics,
+            moves_without_fluid: self.effects.rigid_bodies.is_some()
+                || self.effects.flow_boundaries.is_some(),
+            ..Placement::new(file, self.particle_distance_m)
+        }
     }
 
     /// The particles at the start, in the order of their identities.
     pub fn particles(&self, file: &str) -> Result<Vec<InitialParticle>, InputError> {
-        let mut particles = self.geometry.fill(self.particle_distance_m);
+        let mut particles = self.geometry.fill(&self.placement(file))?;
         self.set_carried(&mut particles);
-        Check { file }.require(
-            !particles.is_empty(),
-            "geometry",
-            "empty",
-            "a region must hold a lattice point, or a particle be given",
-        )?;
+        // Ghosts wait inside the domain; one outside would count as a particle that left.
+        if let Some(first) = particles.first() {
+            let waiting = InitialParticle::at_rest(Kind::Ghost, first.position);
+            particles.resize(particles.len() + self.reserve(), waiting);
+        }
         Ok(particles)
     }
 
     /// What the engine needs to know. The bucket domain follows from where the scene's own particles start.
     pub fn parameters(&self, initial: &[InitialParticle]) -> Parameters {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for particle in initial {
+        let inflows = self.effects.flow_boundaries.as_ref();
+        let layers = inflows.map_or(Vec::new(), |inflows| inflows.bounds(self.particle_distance_m));
+        for position in initial.iter().map(|particle| particle.position).chain(layers) {
             for d in 0..3 {
-                low[d] = low[d].min(particle.position[d] - self.domain.margin_m);
-                high[d] = high[d].max(particle.position[d] + self.domain.margin_m);
+                low[d] = low[d].min(position[d] - self.domain.margin_m);
+                high[d] = high[d].max(position[d] + self.domain.margin_m);
             }
         }
         high[1] += self.domain.headroom_m;
-        let periodic = self.periodic();
-        for d in (0..3).filter(|&d| periodic[d]) {
-            low[d] = -0.5 * self.particle_distance_m;
-            high[d] = low[d] + self.geometry.lattice.extent_m[d];
+        for (d, period) in self.geometry.periods(&self.placement("")).into_iter().enumerate() {
+            (low[d], high[d]) = period.unwrap_or((low[d], high[d]));
         }
         if self.dimensions == 2 {
             (low[2], high[2]) = (0.0, 0.0);
@@ -315,7 +390,7 @@ impl Scene {
                 gradient: self.radii.gradient,
                 laplacian: self.radii.laplacian,
             },
-            domain: Domain { low, high, periodic },
+            domain: Domain { low, high, periodic: self.periodic() },
             groups: self.group_names(),
             effects: self.effects.to_engine(self),
         }
@@ -351,7 +426,6 @@ fn syntax_error(file: &str, error: &toml::de::Error) -> InputError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::particles::Kind;
 
     const TEXT: &str = r#"
         schema = 1

@@ -1,8 +1,13 @@
 //! Cases with known answers, one file a family: what each effect is held to.
 
+pub mod bodies;
 mod carried;
 pub mod conduction;
+pub mod flow_boundaries;
+pub mod frame;
+pub mod plane;
 pub mod scalar;
+pub mod waves;
 
 /// What a case found.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,12 +28,21 @@ pub struct Outcome {
     pub source: &'static str,
 }
 
+impl Outcome {
+    /// Whether the error is within the gate.
+    pub fn passes(&self) -> bool {
+        self.error.abs() <= self.gate
+    }
+}
+
 /// A case by name. Coarse runs take seconds, full ones minutes.
+#[derive(Debug, Clone, Copy)]
 pub struct Case {
     pub name: &'static str,
     pub run: fn(Fidelity) -> Result<Vec<Outcome>, String>,
 }
 
+/// How finely a case is computed. Coarse runs take seconds, full ones minutes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fidelity {
     Coarse,
@@ -44,4 +58,14 @@ pub const CASES: &[Case] = &[
     Case { name: "heat flux wall", run: conduction::flux_wall },
     Case { name: "spreading dye", run: scalar::spreading },
     Case { name: "spreading dye, jittered", run: scalar::jittered_spreading },
+    Case { name: "frame-spiral", run: frame::spiral },
+    Case { name: "rotating-cup", run: frame::rotating_cup },
+    Case { name: "wavemaker", run: waves::wavemaker },
+    Case { name: "tank-period", run: waves::natural_period },
+    Case { name: "sway-two-frames", run: waves::two_frames },
+    Case { name: "channel-flow", run: flow_boundaries::channel_flow },
+    Case { name: "filling-mould", run: flow_boundaries::filling },
+    Case { name: "body-free-flight", run: bodies::free_flight },
+    Case { name: "floating-box", run: bodies::floating_box },
+    Case { name: "sinking-box", run: bodies::sinking_box },
 ];

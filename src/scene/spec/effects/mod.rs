@@ -3,12 +3,17 @@
 
 mod buoyancy;
 mod collision;
+mod flow_boundaries;
+mod frame;
 mod gravity;
 pub mod heat;
 mod pressure;
+mod pressure_options;
+pub mod rigid_bodies;
 pub mod scalar;
 mod viscosity;
 mod wall_contact;
+pub mod wall_motion;
 
 use serde::Deserialize;
 
@@ -88,6 +93,14 @@ effects! {
     wall_contact: wall_contact::WallContactSpec,
     /// Incompressibility.
     pressure: pressure::PressureSpec,
+    /// The scene is seen from a tank that is shaken or turns.
+    frame: frame::FrameSpec,
+    /// Walls of groups with a `motion` move.
+    wall_motion: wall_motion::WallMotionSpec,
+    /// Fluid comes in and goes out.
+    flow_boundaries: flow_boundaries::FlowBoundariesSpec,
+    /// The `body` regions of a group are one rigid body, moved by the fluid.
+    rigid_bodies: rigid_bodies::RigidBodiesSpec,
 }
 
 /// An effect and one that it cannot be without, with the reason.
@@ -100,6 +113,28 @@ const NEEDS: [(&str, &str, &str); 2] = [
 const EXCLUDES: [(&str, &str, &str); 0] = [];
 
 impl EffectsSpec {
+    /// An effect of `named` with those that cannot be without it, in the order of the list.
+    pub fn with_dependents(effect: &str, named: &[&'static str]) -> Vec<&'static str> {
+        let mut gone: Vec<&str> = vec![effect];
+        while let Some((dependent, _, _)) =
+            NEEDS.iter().find(|(dependent, needed, _)| gone.contains(needed) && !gone.contains(dependent))
+        {
+            gone.push(dependent);
+        }
+        named.iter().copied().filter(|name| gone.contains(name)).collect()
+    }
+
+    /// An effect of `named` with those that it needs, in the order of the list.
+    pub fn with_needs(effect: &str, named: &[&'static str]) -> Vec<&'static str> {
+        let mut kept: Vec<&str> = vec![effect];
+        while let Some((_, needed, _)) =
+            NEEDS.iter().find(|(dependent, needed, _)| kept.contains(dependent) && !kept.contains(needed))
+        {
+            kept.push(needed);
+        }
+        named.iter().copied().filter(|name| kept.contains(name)).collect()
+    }
+
     /// Refuses effects without what they need, and those that contradict each other.
     fn fit_together(&self, check: Check<'_>) -> Result<(), InputError> {
         let named = self.named();

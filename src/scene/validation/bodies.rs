@@ -1,0 +1,183 @@
+//! Rigid bodies: in free flight, floating and sinking.
+
+use super::plane::{self, G};
+use super::{Fidelity, Outcome};
+use crate::base::vec3::{Vec3, ZERO, add, cross, dot, sub};
+use crate::engine::effects::rigid_bodies::{Fixed, RigidBodies};
+use crate::engine::kernel::Dimensions;
+use crate::engine::parameters::{Domain, Effects, Parameters};
+use crate::engine::particles::{InitialParticle, Kind, Particles};
+
+/// Momentum and, about the origin, angular momentum of the bodies, in units of a particle's mass.
+fn momenta(particles: &Particles) -> [Vec3; 2] {
+    let body = (0..particles.len()).filter(|&i| particles.kind[i] == Kind::Body);
+    body.fold([ZERO; 2], |[p, l], i| {
+        let (x, u) = (particles.position[i], particles.velocity[i]);
+        [add(p, u), add(l, cross(x, u))]
+    })
+}
+
+fn length(v: Vec3) -> f64 {
+    dot(v, v).sqrt()
+}
+
+/// A brick of three different sides that tumbles through empty space: momentum, angular momentum and shape stay.
+pub fn free_flight(_: Fidelity) -> Result<Vec<Outcome>, String> {
+    let l0 = 0.1;
+    let (drift, spin) = ([0.3, -0.2, 0.1], [1.5, -0.4, 2.0]);
+    let mut particles = Vec::new();
+    for k in 0..5 * 3 * 2 {
+        let x = [k / 6, k / 2 % 3, k % 2].map(|i| l0 * f64::from(i));
+        let velocity = add(drift, cross(spin, sub(x, [0.2, 0.1, 0.05])));
+        particles.push(InitialParticle { velocity, ..InitialParticle::at_rest(Kind::Body, x) });
+    }
+    let effects = Effects { rigid_bodies: Some(RigidBodies::default()), ..Effects::default() };
+    let parameters = Parameters {
+        dimensions: Dimensions::Three,
+        domain: Domain::new([-5.0; 3], [5.0; 3]),
+        ..plane::parameters(l0, 2e-3, &particles, 1.0, effects)
+    };
+    let mut simulation = plane::start(&parameters, &particles)?;
+    let before = particles.iter().fold([ZERO; 2], |[p, l], particle| {
+        [add(p, particle.velocity), add(l, cross(particle.position, particle.velocity))]
+    });
+    for _ in 0..2000 {
+        plane::step(&mut *simulation)?;
+    }
+    let after = momenta(simulation.particles());
+    let change = |k: usize| length(sub(after[k], before[k])) / length(before[k]);
+    let place = &simulation.particles().position;
+    let side = |i: usize, j: usize| length(sub(place[i], place[j]));
+    let start = |i: usize, j: usize| length(sub(particles[i].position, particles[j].position));
+    let pairs = (0..particles.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let bent = pairs.map(|(i, j)| (side(i, j) - start(i, j)).abs() / l0).fold(0.0, f64::max);
+    let outcome = |quantity, error| Outcome {
+        effect: "rigid_bodies",
+        case: "a brick that tumbles through empty space",
+        quantity,
+        value: error,
+        reference: 0.0,
+        error,
+        gate: 1e-12,
+        source: "conservation",
+    };
+    Ok(vec![
+        outcome("change of momentum over 2000 steps, relative", change(0)),
+        outcome("change of angular momentum over 2000 steps, relative", change(1)),
+        outcome("change of a distance in the body, particle distances", bent),
+    ])
+}
+
+/// The box's side, the tank's width and its depth, in particle distances, and the run's length in `sqrt(g / side)`.
+#[derive(Debug, Clone, Copy)]
+struct Bath {
+    side: i32,
+    width: i32,
+    depth: i32,
+    l0: f64,
+}
+
+impl Bath {
+    fn new(fidelity: Fidelity) -> Self {
+        let side = match fidelity {
+            Fidelity::Coarse => 10,
+            Fidelity::Full => 20,
+        };
+        Bath { side, width: 4 * side, depth: 2 * side, l0: 0.2 / f64::from(side) }
+    }
+
+    /// Water around a box, group 1, whose lower edge is `draft` below the surface.
+    fn particles(&self, draft: i32) -> Vec<InitialParticle> {
+        let Bath { side, width, depth, l0 } = *self;
+        let mut particles = plane::walls(l0, width, 3 * side, 0);
+        let (left, bottom) = ((width - side) / 2, depth - draft);
+        let is_box =
+            |i: i32, j: i32| (left..left + side).contains(&i) && (bottom..bottom + side).contains(&j);
+        for i in 0..width {
+            for j in 0..3 * side {
+                let at = plane::cell(l0, i, j);
+                if is_box(i, j) {
+                    particles.push(InitialParticle { group: 1, ..InitialParticle::at_rest(Kind::Body, at) });
+                } else if j < depth {
+                    particles.push(InitialParticle::at_rest(Kind::Fluid, at));
+                }
+            }
+        }
+        particles
+    }
+
+    /// Height of the box's middle and the mean level of the water beside it, metres, at every tenth step.
+    fn run(&self, draft: i32, density: f64, fixed: Fixed, end_s: f64) -> Result<Vec<[f64; 3]>, String> {
+        let l0 = self.l0;
+        let particles = self.particles(draft);
+        let bodies = RigidBodies { fixed: vec![Fixed::default(), fixed] };
+        let effects = Effects { rigid_bodies: Some(bodies), ..plane::water_effects() };
+        let dt = 0.1 * l0 / (G * f64::from(self.depth) * l0).sqrt();
+        let parameters = plane::parameters(l0, dt, &particles, 0.2, effects);
+        let _ = density;
+        let mut simulation = plane::start(&parameters, &particles)?;
+        let mut path = Vec::new();
+        for step in 0..(end_s / dt) as usize {
+            let time_s = plane::step(&mut *simulation)?.time_s;
+            if step % 10 == 0 {
+                let particles = simulation.particles();
+                path.push([time_s, middle(particles), self.level(particles)?]);
+            }
+        }
+        Ok(path)
+    }
+
+    /// The water's level a quarter of the width away from the walls, metres.
+    fn level(&self, particles: &Particles) -> Result<f64, String> {
+        let places = [self.width / 8, self.width - self.width / 8];
+        let heights: Option<Vec<f64>> =
+            places.iter().map(|&i| plane::surface_m(particles, f64::from(i) * self.l0, self.l0)).collect();
+        let heights = heights.ok_or("no water beside the box")?;
+        Ok(heights.iter().sum::<f64>() / heights.len() as f64)
+    }
+}
+
+/// Mean height of the body, metres.
+fn middle(particles: &Particles) -> f64 {
+    let body = (0..particles.len()).filter(|&i| particles.kind[i] == Kind::Body);
+    let (count, sum) = body.fold((0.0, 0.0), |(n, sum), i| (n + 1.0, sum + particles.position[i][1]));
+    sum / count
+}
+
+/// A box floats: draft over height is the ratio of densities. Started deeper than that.
+pub fn floating_box(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
+    let bath = Bath::new(fidelity);
+    let path = bath.run(bath.side * 3 / 4, 500.0, Fixed::default(), 4.0)?;
+    let late = &path[path.len() / 2..];
+    let mean = |k: usize| late.iter().map(|row| row[k]).sum::<f64>() / late.len() as f64;
+    let side_m = f64::from(bath.side) * bath.l0;
+    let draft = (mean(2) - mean(1) + 0.5 * side_m) / side_m;
+    Ok(vec![Outcome {
+        effect: "rigid_bodies",
+        case: "a box that floats",
+        quantity: "draft over height (error: difference)",
+        value: draft,
+        reference: 0.5,
+        error: (draft - 0.5).abs(),
+        gate: 0.05,
+        source: "Archimedes",
+    }])
+}
+
+/// A box twice as dense as water sinks to the floor.
+pub fn sinking_box(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
+    let bath = Bath::new(fidelity);
+    let path = bath.run(bath.side, 2000.0, Fixed::default(), 1.5)?;
+    let last = path.last().ok_or("no step")?[1];
+    let floor = 0.5 * f64::from(bath.side) * bath.l0;
+    Ok(vec![Outcome {
+        effect: "rigid_bodies",
+        case: "a box that sinks",
+        quantity: "height of its middle at the end, particle distances above rest on the floor (error: the same)",
+        value: (last - floor) / bath.l0,
+        reference: 0.0,
+        error: (last - floor).abs() / bath.l0,
+        gate: 1.0,
+        source: "denser than water",
+    }])
+}
