@@ -6,7 +6,7 @@ use crate::base::parallel::Workers;
 use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::diffusion::advance::Advance;
-use crate::engine::effects::diffusion::{self, Concentration, Temperature};
+use crate::engine::effects::diffusion::{self, Carried};
 use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_outside};
 use crate::engine::effects::frame::FrameAcceleration;
 use crate::engine::effects::motion::{Corrector, Predictor};
@@ -58,12 +58,12 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
         stages.push(Box::new(PairPass { term, radius_m, phase: Phase::Viscosity }));
     }
     if let Some(heat) = &effects.heat {
-        stages.push(diffusion::stage::<Temperature, C, T>(heat, parameters));
-        stages.push(Box::new(Advance::<Temperature>::new(heat, parameters)));
+        stages.push(diffusion::stage::<C, T>(Carried::Temperature, heat, parameters));
+        stages.push(Box::new(Advance::new(Carried::Temperature, heat, parameters)));
     }
     if let Some(scalar) = &effects.scalar {
-        stages.push(diffusion::stage::<Concentration, C, T>(scalar, parameters));
-        stages.push(Box::new(Advance::<Concentration>::new(scalar, parameters)));
+        stages.push(diffusion::stage::<C, T>(Carried::Concentration, scalar, parameters));
+        stages.push(Box::new(Advance::new(Carried::Concentration, scalar, parameters)));
     }
     if let Some(frame) = &effects.frame {
         let (frame, dimensions) = (frame.clone(), parameters.dimensions);

@@ -3,9 +3,7 @@
 //! Stable while `dt` times the diagonal of the operator stays below 1 (Gershgorin): `dt <= lambda / (2 D alpha)` amid the
 //! fluid, and less beside a wall that holds a value, whose mirrored particles weigh `(h + d) / h` each.
 
-use std::marker::PhantomData;
-
-use super::{Diffusion, Transport, Transported, WallCondition};
+use super::{Carried, Diffusion, Transport, WallCondition};
 use crate::base::parallel::{FirstIndex, Rows};
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::{Dimensions, weight};
@@ -18,23 +16,23 @@ use crate::engine::time_step::StepLimit;
 
 /// The stage.
 #[derive(Debug)]
-pub struct Advance<F> {
+pub struct Advance {
+    carried: Carried,
     /// Seconds.
     longest_s: f64,
     /// By group, what walls show.
     walls: Vec<WallCondition>,
-    carried: PhantomData<F>,
 }
 
-impl<F: Transported> Advance<F> {
-    pub fn new(diffusion: &Diffusion, parameters: &Parameters) -> Self {
+impl Advance {
+    pub fn new(carried: Carried, diffusion: &Diffusion, parameters: &Parameters) -> Self {
         let held = diffusion.walls.iter().any(|wall| matches!(wall, WallCondition::Value(_)));
         let diagonal = parameters.laplacian_factor() * diagonal(parameters, held);
         let groups = parameters.groups.len().max(1);
         Advance {
+            carried,
             longest_s: 1.0 / (diffusion.largest_diffusivity() * diagonal),
             walls: (0..groups).map(|group| diffusion.wall(group as u8)).collect(),
-            carried: PhantomData,
         }
     }
 
@@ -69,11 +67,11 @@ fn diagonal(parameters: &Parameters, walls_hold_values: bool) -> f64 {
     sum
 }
 
-impl<C: CandidateSearch, T, F: Transported> Stage<C, T> for Advance<F> {
+impl<C: CandidateSearch, T> Stage<C, T> for Advance {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
         let (broken, dt) = (FirstIndex::default(), state.time_step_s);
-        within(probe, F::PHASE, || {
-            let Transport { kind, group, values, rates } = F::columns(&mut state.particles);
+        within(probe, self.carried.phase(), || {
+            let Transport { kind, group, values, rates } = self.carried.columns(&mut state.particles);
             let columns = (Rows::new(values), Rows::new(rates));
             state.workers.scheduled().fill(columns, |range, (values, rates)| {
                 for (k, i) in range.enumerate() {
@@ -86,10 +84,14 @@ impl<C: CandidateSearch, T, F: Transported> Stage<C, T> for Advance<F> {
                 }
             });
         });
-        state.require_finite(&broken, F::PHASE, F::NAME)
+        state.require_finite(&broken, self.carried.phase(), self.carried.name())
     }
 
     fn longest_step(&self, _state: &State<C>) -> Option<StepLimit> {
-        self.longest_s.is_finite().then_some(StepLimit { time_step_s: self.longest_s, reason: F::LIMIT })
+        let reason = match self.carried {
+            Carried::Temperature => "heat conduction",
+            Carried::Concentration => "diffusion of the passive scalar",
+        };
+        self.longest_s.is_finite().then_some(StepLimit { time_step_s: self.longest_s, reason })
     }
 }

@@ -10,7 +10,7 @@
 //! bends the profile, the lattice's model stands in.
 
 use super::lattice::LatticeDiffusion;
-use super::{Diffusion, Transported, WallCondition};
+use super::{Carried, Diffusion, WallCondition};
 use crate::base::vec3::{Vec3, add_scaled, dot, scale};
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
@@ -23,8 +23,8 @@ const DETERMINED: f64 = 1e-7;
 
 /// The term; `N` is 5 in a plane and 9 in space.
 #[derive(Debug)]
-pub struct CorrectedDiffusion<F, const N: usize> {
-    lattice: LatticeDiffusion<F>,
+pub struct CorrectedDiffusion<const N: usize> {
+    lattice: LatticeDiffusion,
     radius_m: f64,
     particle_distance_m: f64,
 }
@@ -70,7 +70,7 @@ fn slopes<const N: usize>([x, y, z]: Vec3, [a, b, c]: Vec3) -> [f64; N] {
 
 impl<const N: usize> Fit<N> {
     /// Adds the equation `row . c = value`.
-    #[inline(always)]
+    #[inline(never)]
     fn add(&mut self, weight: f64, row: [f64; N], value: f64) {
         for a in 0..N {
             let scaled = weight * row[a];
@@ -118,10 +118,10 @@ impl<const N: usize> Fit<N> {
     }
 }
 
-impl<F: Transported, const N: usize> CorrectedDiffusion<F, N> {
-    pub fn new(diffusion: &Diffusion, parameters: &Parameters) -> Self {
+impl<const N: usize> CorrectedDiffusion<N> {
+    pub fn new(carried: Carried, diffusion: &Diffusion, parameters: &Parameters) -> Self {
         CorrectedDiffusion {
-            lattice: LatticeDiffusion::new(diffusion, parameters),
+            lattice: LatticeDiffusion::new(carried, diffusion, parameters),
             radius_m: parameters.laplacian_radius_m(),
             particle_distance_m: parameters.particle_distance_m,
         }
@@ -134,7 +134,7 @@ impl<F: Transported, const N: usize> CorrectedDiffusion<F, N> {
     }
 
     /// The point of the surface in front of a wall particle of the first layer.
-    #[inline(always)]
+    #[inline(never)]
     fn add_surface(&self, fit: &mut Fit<N>, pair: &Pair, value_i: f64, k_i: f64, fields: &Fields<'_>) {
         let walls = self.lattice.walls();
         let Some(seen) = walls.surfaces.seen(pair.j, pair.r_ij) else {
@@ -156,7 +156,7 @@ impl<F: Transported, const N: usize> CorrectedDiffusion<F, N> {
     }
 }
 
-impl<F: Transported, const N: usize> PairTerm for CorrectedDiffusion<F, N> {
+impl<const N: usize> PairTerm for CorrectedDiffusion<N> {
     type Sum = Fit<N>;
 
     fn prepare<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
@@ -166,7 +166,7 @@ impl<F: Transported, const N: usize> PairTerm for CorrectedDiffusion<F, N> {
     #[inline(always)]
     fn add(&self, fit: &mut Fit<N>, pair: &Pair, fields: &Fields<'_>) {
         self.lattice.add(&mut fit.lattice, pair, fields);
-        let (values, medium) = (F::values(fields), self.lattice.medium());
+        let (values, medium) = (self.lattice.carried().values(fields), self.lattice.medium());
         let k_i = medium.conductivity[medium.row(pair.i, fields)];
         if matches!(fields.kind[pair.j], Kind::Wall | Kind::DummyWall) {
             return self.add_surface(fit, pair, values[pair.i], k_i, fields);
@@ -185,7 +185,7 @@ impl<F: Transported, const N: usize> PairTerm for CorrectedDiffusion<F, N> {
         let (medium, squares) = (self.lattice.medium(), if N == 5 { &c[2..4] } else { &c[3..6] });
         let laplacian = 2.0 * squares.iter().sum::<f64>() / (self.radius_m * self.radius_m);
         let row = medium.row(i, fields);
-        F::add_rate(rates, medium.conductivity[row] / medium.capacity[row] * laplacian);
+        self.lattice.carried().add_rate(rates, medium.conductivity[row] / medium.capacity[row] * laplacian);
     }
 
     fn bytes(&self) -> usize {

@@ -5,10 +5,8 @@
 //! depth of `j` behind it (as Morris, Fox & Zhu 1997 do for velocities). Past one through which the flux `q` enters, on the
 //! line with that slope: `T_j - T_i = q (h_i + d_j) / k_i`; on a lattice the shares of all particles sum up to `q`.
 
-use std::marker::PhantomData;
-
 use super::walls::Surfaces;
-use super::{Diffusion, Medium, Transported, WallCondition};
+use super::{Carried, Diffusion, Medium, WallCondition};
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
 use crate::engine::search::{CandidateSearch, DistanceTest};
@@ -17,10 +15,10 @@ use crate::engine::terms::{Pair, PairTerm, Rates};
 
 /// The term.
 #[derive(Debug)]
-pub struct LatticeDiffusion<F> {
+pub struct LatticeDiffusion {
+    carried: Carried,
     medium: Medium,
     walls: Walls,
-    carried: PhantomData<F>,
 }
 
 /// Walls by group, and where their surfaces are.
@@ -38,7 +36,7 @@ impl Walls {
     }
 
     /// `T_j - T_i` past a surface, `k_i` being the conductivity of the fluid there.
-    #[inline(always)]
+    #[inline(never)]
     fn difference(&self, pair: &Pair, value_i: f64, k_i: f64, fields: &Fields<'_>) -> f64 {
         let condition = self.conditions[fields.group_of(pair.j) as usize];
         match (condition, self.surfaces.seen(pair.j, pair.r_ij)) {
@@ -55,13 +53,17 @@ impl Walls {
     }
 }
 
-impl<F: Transported> LatticeDiffusion<F> {
-    pub fn new(diffusion: &Diffusion, parameters: &Parameters) -> Self {
+impl LatticeDiffusion {
+    pub fn new(carried: Carried, diffusion: &Diffusion, parameters: &Parameters) -> Self {
         LatticeDiffusion {
+            carried,
             medium: Medium::new(diffusion, parameters),
             walls: Walls::new(diffusion, parameters),
-            carried: PhantomData,
         }
+    }
+
+    pub(super) fn carried(&self) -> Carried {
+        self.carried
     }
 
     pub(super) fn medium(&self) -> &Medium {
@@ -73,7 +75,7 @@ impl<F: Transported> LatticeDiffusion<F> {
     }
 }
 
-impl<F: Transported> PairTerm for LatticeDiffusion<F> {
+impl PairTerm for LatticeDiffusion {
     /// `sum k_ij (T_j - T_i) w`.
     type Sum = f64;
 
@@ -83,7 +85,7 @@ impl<F: Transported> PairTerm for LatticeDiffusion<F> {
 
     #[inline(always)]
     fn add(&self, sum: &mut f64, pair: &Pair, fields: &Fields<'_>) {
-        let (values, row) = (F::values(fields), self.medium.row(pair.i, fields));
+        let (values, row) = (self.carried.values(fields), self.medium.row(pair.i, fields));
         *sum += match fields.kind[pair.j] {
             Kind::Wall | Kind::DummyWall => {
                 let k_i = self.medium.conductivity[row];
@@ -100,7 +102,7 @@ impl<F: Transported> PairTerm for LatticeDiffusion<F> {
     #[inline(always)]
     fn finish(&self, sum: f64, i: usize, fields: &Fields<'_>, rates: &mut Rates<'_>) {
         let capacity = self.medium.capacity[self.medium.row(i, fields)];
-        F::add_rate(rates, self.medium.factor / capacity * sum);
+        self.carried.add_rate(rates, self.medium.factor / capacity * sum);
     }
 
     fn bytes(&self) -> usize {

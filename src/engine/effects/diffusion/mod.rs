@@ -13,8 +13,6 @@ pub mod corrected;
 pub mod lattice;
 pub mod walls;
 
-use std::fmt::Debug;
-
 use crate::engine::kernel::Dimensions;
 use crate::engine::parameters::{Parameters, Property};
 use crate::engine::particles::{Kind, Particles};
@@ -74,21 +72,11 @@ impl Diffusion {
     }
 }
 
-/// Something that particles carry and that diffuses among them.
-pub trait Transported: Debug + Copy + Send + Sync + 'static {
-    /// The phase in which it diffuses.
-    const PHASE: Phase;
-    /// Its name in errors.
-    const NAME: &'static str;
-    /// What limits the step, for people.
-    const LIMIT: &'static str;
-
-    fn values<'a>(fields: &Fields<'a>) -> &'a [f64];
-
-    /// Adds to the rate of one particle.
-    fn add_rate(rates: &mut Rates<'_>, rate: f64);
-
-    fn columns(particles: &mut Particles) -> Transport<'_>;
+/// What particles carry and what diffuses among them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Carried {
+    Temperature,
+    Concentration,
 }
 
 /// The columns of what is carried, to advance it.
@@ -100,62 +88,56 @@ pub struct Transport<'a> {
     pub rates: &'a mut [f64],
 }
 
-/// Heat.
-#[derive(Debug, Clone, Copy)]
-pub struct Temperature;
+impl Carried {
+    /// The phase in which it diffuses.
+    pub fn phase(self) -> Phase {
+        match self {
+            Carried::Temperature => Phase::Heat,
+            Carried::Concentration => Phase::Scalar,
+        }
+    }
 
-impl Transported for Temperature {
-    const PHASE: Phase = Phase::Heat;
-    const NAME: &'static str = "temperature";
-    const LIMIT: &'static str = "heat conduction";
-
-    #[inline(always)]
-    fn values<'a>(fields: &Fields<'a>) -> &'a [f64] {
-        fields.temperature
+    /// Its name in errors.
+    pub fn name(self) -> &'static str {
+        match self {
+            Carried::Temperature => "temperature",
+            Carried::Concentration => "concentration",
+        }
     }
 
     #[inline(always)]
-    fn add_rate(rates: &mut Rates<'_>, rate: f64) {
-        if let Some(total) = &mut rates.temperature {
+    pub fn values<'a>(self, fields: &Fields<'a>) -> &'a [f64] {
+        match self {
+            Carried::Temperature => fields.temperature,
+            Carried::Concentration => fields.concentration,
+        }
+    }
+
+    /// Adds to the rate of one particle.
+    #[inline(always)]
+    pub fn add_rate(self, rates: &mut Rates<'_>, rate: f64) {
+        let total = match self {
+            Carried::Temperature => &mut rates.temperature,
+            Carried::Concentration => &mut rates.concentration,
+        };
+        if let Some(total) = total {
             **total += rate;
         }
     }
 
-    fn columns(particles: &mut Particles) -> Transport<'_> {
-        let Particles { kind, group, temperature, temperature_rate, .. } = particles;
-        Transport { kind, group, values: temperature, rates: temperature_rate }
+    pub fn columns(self, particles: &mut Particles) -> Transport<'_> {
+        let Particles { kind, group, .. } = particles;
+        let (values, rates) = match self {
+            Carried::Temperature => (&mut particles.temperature, &mut particles.temperature_rate),
+            Carried::Concentration => (&mut particles.concentration, &mut particles.concentration_rate),
+        };
+        Transport { kind, group, values, rates }
     }
 }
 
-/// A passive scalar.
-#[derive(Debug, Clone, Copy)]
-pub struct Concentration;
-
-impl Transported for Concentration {
-    const PHASE: Phase = Phase::Scalar;
-    const NAME: &'static str = "concentration";
-    const LIMIT: &'static str = "diffusion of the passive scalar";
-
-    #[inline(always)]
-    fn values<'a>(fields: &Fields<'a>) -> &'a [f64] {
-        fields.concentration
-    }
-
-    #[inline(always)]
-    fn add_rate(rates: &mut Rates<'_>, rate: f64) {
-        if let Some(total) = &mut rates.concentration {
-            **total += rate;
-        }
-    }
-
-    fn columns(particles: &mut Particles) -> Transport<'_> {
-        let Particles { kind, group, concentration, concentration_rate, .. } = particles;
-        Transport { kind, group, values: concentration, rates: concentration_rate }
-    }
-}
-
-/// The stage in which `F` diffuses.
-pub fn stage<F: Transported, C: CandidateSearch, T: DistanceTest>(
+/// The stage in which something diffuses.
+pub fn stage<C: CandidateSearch, T: DistanceTest>(
+    carried: Carried,
     diffusion: &Diffusion,
     parameters: &Parameters,
 ) -> Box<dyn Stage<C, T>> {
@@ -164,14 +146,18 @@ pub fn stage<F: Transported, C: CandidateSearch, T: DistanceTest>(
     }
     match (diffusion.laplacian, parameters.dimensions) {
         (Laplacian::Lattice, _) => {
-            Box::new(pass(LatticeDiffusion::<F>::new(diffusion, parameters), F::PHASE, parameters))
+            Box::new(pass(LatticeDiffusion::new(carried, diffusion, parameters), carried.phase(), parameters))
         }
-        (Laplacian::Corrected, Dimensions::Two) => {
-            Box::new(pass(CorrectedDiffusion::<F, 5>::new(diffusion, parameters), F::PHASE, parameters))
-        }
-        (Laplacian::Corrected, Dimensions::Three) => {
-            Box::new(pass(CorrectedDiffusion::<F, 9>::new(diffusion, parameters), F::PHASE, parameters))
-        }
+        (Laplacian::Corrected, Dimensions::Two) => Box::new(pass(
+            CorrectedDiffusion::<5>::new(carried, diffusion, parameters),
+            carried.phase(),
+            parameters,
+        )),
+        (Laplacian::Corrected, Dimensions::Three) => Box::new(pass(
+            CorrectedDiffusion::<9>::new(carried, diffusion, parameters),
+            carried.phase(),
+            parameters,
+        )),
     }
 }
 
