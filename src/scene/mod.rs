@@ -1,5 +1,6 @@
 //! Scenes: what to simulate, as a TOML file says it.
 
+pub mod adviser;
 pub mod checkpoint;
 pub mod geometry;
 pub mod library;

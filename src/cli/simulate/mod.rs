@@ -1,5 +1,6 @@
 //! `repro simulate`: one scene, from its start, and what is written about it.
 
+mod advice;
 mod ended;
 mod folder;
 mod outputs;
@@ -26,6 +27,7 @@ use crate::experiment::{interrupt, memory};
 use crate::report::samples::write_csv;
 use crate::scene::output::Moment;
 use crate::scene::{Scene, checkpoint, library};
+use advice::Advised;
 use ended::Ended;
 use outputs::{OutputArgs, Outputs};
 use progress::Progress;
@@ -51,6 +53,9 @@ pub struct Simulate {
     /// Write the whole state to `state.checkpoint` in the output folder after every K-th step, and after the last
     #[arg(long, value_name = "K", requires = "output")]
     checkpoint_every: Option<usize>,
+    /// Simulate nothing: print the scene's dimensionless numbers and which effects they call for
+    #[arg(long)]
+    advise: bool,
     /// Say nothing about progress
     #[arg(long, short)]
     quiet: bool,
@@ -77,6 +82,11 @@ struct Done {
 impl Simulate {
     pub fn run(self, output: Output) -> Result<Exit> {
         let scene = library::load(&self.scene, &self.set)?;
+        if self.advise {
+            let advised = Advised::new(&scene, &scene.particles(&self.scene)?);
+            output.show(&advised, |out| advised.print(out))?;
+            return Ok(Exit::Done);
+        }
         scene.require_memory(&self.scene, 1, memory::available_bytes())?;
         let options = self.engine.resolve()?;
         let folder = self.outputs.folder()?;

@@ -2,6 +2,7 @@
 
 mod change;
 pub mod effects;
+pub mod fluid;
 
 use serde::Deserialize;
 
@@ -14,6 +15,7 @@ use crate::scene::probe::{self, spec::ProbeSpec};
 use effects::EffectsSpec;
 use effects::rigid_bodies::FixedAxis;
 use effects::wall_motion::MotionSpec;
+use fluid::Fluid;
 
 /// The version of the scene format.
 pub const SCHEMA: u32 = 1;
@@ -111,13 +113,6 @@ pub struct GroupSpec {
     pub fixed: Vec<FixedAxis>,
 }
 
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Fluid {
-    pub density_kg_m3: f64,
-}
-
 /// Influence radii in particle distances.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
@@ -184,7 +179,7 @@ impl Scene {
         let steps = self.end_time_s / self.time_step_s;
         let allowed = format!("`time_step_s` may divide it into at most {MAX_STEPS} steps");
         check.require(steps <= MAX_STEPS as f64, "end_time_s", self.end_time_s, allowed)?;
-        check.positive("fluid.density_kg_m3", self.fluid.density_kg_m3)?;
+        self.fluid.check(check)?;
         for (key, radius) in [
             ("radii.number_density", self.radii.number_density),
             ("radii.gradient", self.radii.gradient),
