@@ -74,16 +74,11 @@ pub fn interval_of_rounds(rounds: &[f64]) -> Result<Interval, NoInterval> {
     rank.and_then(|rank| interval(rounds, rank)).ok_or(NoInterval::of(rounds.len()))
 }
 
-/// The p-value of the two-sided sign test that the true median of rounds, in the order in which they were measured, is
-/// zero. It is at most `1 - CONFIDENCE` exactly where [`interval_of_rounds`] excludes zero. A round that is zero speaks
-/// for neither side, and counts against both.
-pub fn sign_test_of_rounds(rounds: &[f64]) -> f64 {
-    sign_test(rounds, variance_inflation(rounds))
-}
-
-/// The same for a stated inflation of the variance: where rounds contradict one another, the distance of their count from
-/// the middle shrinks by the inflation's root; and nothing is less probable than that as many independent rounds as these
-/// are worth all lie on one side.
+/// The p-value of the two-sided sign test that the true median is zero, for a stated inflation of the variance. A sample that
+/// is zero speaks for neither side, and counts against both. Where rounds contradict one another, the distance of their
+/// count from the middle shrinks by the inflation's root; and nothing is less probable than that as many independent
+/// rounds as these are worth all lie on one side. With the inflation of its rounds it is at most `1 - CONFIDENCE` exactly
+/// where [`interval_of_rounds`] excludes zero.
 pub(super) fn sign_test(samples: &[f64], inflation: f64) -> f64 {
     let n = samples.len();
     let above = samples.iter().filter(|&&sample| sample > 0.0).count();
@@ -194,7 +189,7 @@ mod tests {
         samples[2] = 0.0;
         assert!((sign_test(&samples, 1.0) - 352.0 / 1024.0).abs() < 1e-12);
         assert_eq!(sign_test(&[0.0; 10], 1.0), 1.0);
-        assert_eq!(sign_test_of_rounds(&[]), 1.0);
+        assert_eq!(sign_test(&[], 1.0), 1.0);
     }
 
     #[test]
