@@ -5,7 +5,8 @@
 //! REPRO_COVERAGE_EXPERIMENTS=10000 cargo test --release --test statistics_coverage -- --nocapture
 //! ```
 //!
-//! The bars are exact there. With fewer experiments a share may miss its bar by three of its standard errors.
+//! The bars are exact there. With fewer experiments a share may miss its bar by three of its standard errors, and a width
+//! is held to the best of a coverage that much higher. `REPRO_COVERAGE_SEED` draws other ratios than the usual ones.
 
 mod noise;
 mod oracle;
@@ -27,8 +28,9 @@ const TARGETS: [f64; 5] = [0.5, 0.75, 1.0, 1.5, 20.0];
 const COVERAGE: f64 = 0.94;
 const WIDTH: f64 = 1.3;
 const FALSE_VERDICTS: f64 = 0.05;
-/// Of thirty rounds of a ratio whose neighbours correlate by one half, so many may be judged worth fewer than six.
-const WITHHELD: f64 = 0.06;
+/// A guard of our own, not a bar: of thirty rounds of a ratio whose neighbours correlate by one half, 4 to 6 % are judged
+/// worth fewer than six. Were they counted as not covering, coverage there would be 90 to 91 %.
+const WITHHELD: f64 = 0.08;
 
 fn experiments() -> usize {
     let asked = std::env::var("REPRO_COVERAGE_EXPERIMENTS");
@@ -40,6 +42,11 @@ fn experiments() -> usize {
 fn slack(bar: f64) -> f64 {
     let n = experiments() as f64;
     if n < 10_000.0 { 3.0 * (bar * (1.0 - bar) / n).sqrt() } else { 0.0 }
+}
+
+fn seed() -> u64 {
+    let asked = std::env::var("REPRO_COVERAGE_SEED");
+    asked.map_or(7, |number| number.parse().expect("REPRO_COVERAGE_SEED is a number"))
 }
 
 /// The log-ratios of a variant over the base, which is the last cell.
@@ -122,7 +129,7 @@ impl Tally {
 /// The figures of a ratio's interval for each target, none of which may be worse than the bars. Widths are stated over
 /// the oracle's, of the same noise, at the coverage that was reached, which the bar means, and at 95 %.
 fn cover_ratios(setting: &Setting) {
-    let mut random = Rng::with_seed(7);
+    let mut random = Rng::with_seed(seed());
     let truth = setting.true_ratio();
     let typical_width = typical_width(setting);
     let oracle = Oracle::new(&ENDS, truth, || ratios(&setting.rounds(&mut random, 1), 0));
@@ -143,7 +150,8 @@ fn cover_ratios(setting: &Setting) {
         );
         println!("{row}");
         assert!(coverage >= COVERAGE - slack(COVERAGE), "coverage: {row}");
-        assert!(width <= WIDTH, "width: {row}");
+        let width_of_bar = tally.width_over(&oracle, (coverage + slack(coverage)).min(1.0));
+        assert!(width_of_bar <= WIDTH, "width: {row}");
         assert!(withheld <= WITHHELD + slack(WITHHELD), "withheld: {row}");
     }
 }
