@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::base::input::{Check, InputError};
-use crate::base::statistics::Estimate;
+use crate::base::statistics::{Estimate, NoInterval};
 use crate::experiment::factors::Usable;
 use crate::experiment::library;
 use crate::experiment::record::{Stage, WindowSample};
@@ -210,7 +210,10 @@ pub fn judge(rule: Rule, estimate: &Estimate) -> Verdict {
         return Verdict::NotTestableHere { why: "absolute times belong to a machine".to_string() };
     }
     let Some(interval) = estimate.interval else {
-        let why = format!("{} rounds are too few for an interval", estimate.samples);
+        let why = match estimate.why_no_interval() {
+            Some(NoInterval::DependentRounds) => "the rounds depend on one another".to_string(),
+            _ => format!("{} rounds are too few for an interval", estimate.samples),
+        };
         return Verdict::NotResolved { why };
     };
     let (low, high) = (interval.low, interval.high);
@@ -265,7 +268,7 @@ impl Estimator {
         }
         let values = self.values(measured);
         let why = "no round gave a value for its cells".to_string();
-        Estimate::of(&values).ok_or(Verdict::NotResolved { why })
+        Estimate::of_rounds(&values).ok_or(Verdict::NotResolved { why })
     }
 
     /// The cells that the estimate compares.
@@ -348,6 +351,11 @@ mod tests {
         let few = Estimate { median: 2.0, interval: None, samples: 3 };
         let verdict = judge(Rule::Above { value: 1.0 }, &few);
         assert_eq!(verdict.reason(), "3 rounds are too few for an interval");
+        let dependent = Estimate { samples: 12, ..few };
+        assert_eq!(
+            judge(Rule::Above { value: 1.0 }, &dependent).reason(),
+            "the rounds depend on one another"
+        );
     }
 
     #[test]

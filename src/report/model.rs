@@ -26,7 +26,7 @@ pub fn serial_share(times: &[(usize, ByRound)]) -> Option<Estimate> {
             Some(above / below)
         })
         .collect();
-    Estimate::of(&shares)
+    Estimate::of_rounds(&shares)
 }
 
 /// `T(t) / T(1)` of Amdahl's law.

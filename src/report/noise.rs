@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::base::statistics::{NoiseFloor, noise_floor, outliers};
+use crate::base::statistics::{NoInterval, NoiseFloor, noise_floor, outliers};
 use crate::experiment::record::{Stage, TrialRecord, Variant};
 use crate::report::measured::{Measured, Pick, Quantity, TimedCell, by_round};
 
@@ -42,6 +42,9 @@ fn in_words(floor: &NoiseFloor) -> String {
     let verdict = match floor.contains_one() {
         Some(true) => "as it must be".to_string(),
         Some(false) => "which it must not: something that is not its work changes a cell's time".to_string(),
+        None if ratio.why_no_interval() == Some(NoInterval::DependentRounds) => {
+            "from rounds that depend on one another too much for an interval".to_string()
+        }
         None => "from too few rounds for an interval".to_string(),
     };
     format!(

@@ -8,7 +8,8 @@ use crate::base::statistics::Estimate;
 use crate::engine::phase::Phase;
 use crate::experiment::spec::Mode;
 
-/// The cells' medians, milliseconds a step, with distribution-free 95 % intervals (empty below six rounds).
+/// The cells' medians, milliseconds a step, with distribution-free 95 % intervals (empty below six rounds, and where rounds
+/// depend on one another).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SummaryRow {
     pub mode: &'static str,
@@ -55,7 +56,7 @@ pub fn cell_phases(samples: &DataFrame) -> Result<Vec<CellPhase>> {
             experiment: text("experiment", row)?,
             cell: text("cell", row)?,
             phase: text("phase", row)?,
-            estimate: Estimate::of(&values).context("a group of samples is empty")?,
+            estimate: Estimate::of_rounds(&values).context("a group of samples is empty")?,
         });
     }
     Ok(phases)

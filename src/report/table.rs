@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::base::statistics::Estimate;
+use crate::base::statistics::{Estimate, NoInterval};
 use crate::engine::preset::Preset;
 use crate::report::markdown;
 use crate::report::measured::{ByRound, Cell, Measured, Quantity, estimate, ratio};
@@ -62,11 +62,14 @@ pub struct Table2Row {
 const QUANTITIES: [(&str, Quantity); 3] =
     [("cg", Quantity::Cg), ("non_cg", Quantity::NonCg), ("total", Quantity::Total)];
 
-/// Median and interval, with as many digits as the value needs.
+/// Median and interval, with as many digits as the value needs; where there is no interval, the number of rounds, and
+/// whether it is missing because they depend on one another.
 pub fn show(estimate: &Estimate, digits: usize) -> String {
-    match estimate.interval {
-        Some(i) => format!("{:.digits$} [{:.digits$}, {:.digits$}]", estimate.median, i.low, i.high),
-        None => format!("{:.digits$} (n = {})", estimate.median, estimate.samples),
+    let Estimate { median, samples, .. } = estimate;
+    match (estimate.interval, estimate.why_no_interval()) {
+        (Some(i), _) => format!("{median:.digits$} [{:.digits$}, {:.digits$}]", i.low, i.high),
+        (None, Some(NoInterval::DependentRounds)) => format!("{median:.digits$} (n = {samples}, dependent)"),
+        (None, _) => format!("{median:.digits$} (n = {samples})"),
     }
 }
 

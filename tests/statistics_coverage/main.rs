@@ -5,7 +5,8 @@
 //! REPRO_COVERAGE_EXPERIMENTS=10000 cargo test --release --test statistics_coverage -- --nocapture
 //! ```
 //!
-//! The bars are exact there. With fewer experiments a share may miss its bar by three of its standard errors.
+//! The bars are exact there. With fewer experiments a share may miss its bar by three of its standard errors, and a width
+//! is held to the best of a coverage that much higher. `REPRO_COVERAGE_SEED` draws other ratios than the usual ones.
 
 mod noise;
 mod oracle;
@@ -16,12 +17,10 @@ use fastrand::Rng;
 use noise::{MOST, Round, Setting};
 use oracle::Oracle;
 use repro::base::statistics::stopping::{Decision, Rule, enough};
-use repro::base::statistics::{
-    Comparison, Estimate, Verdict, compare, median, median_interval, variance_inflation,
-};
+use repro::base::statistics::{Comparison, Estimate, Verdict, compare, median, median_interval};
 
 /// The numbers of rounds after which an experiment of at most 30 may end.
-const ENDS: [usize; 5] = [9, 13, 19, 27, MOST];
+const ENDS: [usize; 4] = [13, 19, 27, MOST];
 
 /// Targets in units of the interval's typical width after 13 rounds: from one that is never reached to one that always is.
 const TARGETS: [f64; 5] = [0.5, 0.75, 1.0, 1.5, 20.0];
@@ -29,6 +28,9 @@ const TARGETS: [f64; 5] = [0.5, 0.75, 1.0, 1.5, 20.0];
 const COVERAGE: f64 = 0.94;
 const WIDTH: f64 = 1.3;
 const FALSE_VERDICTS: f64 = 0.05;
+/// A guard of our own, not a bar: of thirty rounds of a ratio whose neighbours correlate by one half, 4 to 6 % are judged
+/// worth fewer than six. Were they counted as not covering, coverage there would be 90 to 91 %.
+const WITHHELD: f64 = 0.08;
 
 fn experiments() -> usize {
     let asked = std::env::var("REPRO_COVERAGE_EXPERIMENTS");
@@ -40,6 +42,11 @@ fn experiments() -> usize {
 fn slack(bar: f64) -> f64 {
     let n = experiments() as f64;
     if n < 10_000.0 { 3.0 * (bar * (1.0 - bar) / n).sqrt() } else { 0.0 }
+}
+
+fn seed() -> u64 {
+    let asked = std::env::var("REPRO_COVERAGE_SEED");
+    asked.map_or(7, |number| number.parse().expect("REPRO_COVERAGE_SEED is a number"))
 }
 
 /// The log-ratios of a variant over the base, which is the last cell.
@@ -75,6 +82,9 @@ fn typical_width(setting: &Setting) -> f64 {
 /// What became of many experiments.
 #[derive(Default)]
 struct Tally {
+    rounds: usize,
+    /// Experiments without an interval, since their rounds depend on one another.
+    withheld: usize,
     covered: usize,
     /// Rounds and width of each interval.
     widths: Vec<(usize, f64)>,
@@ -82,16 +92,28 @@ struct Tally {
 
 impl Tally {
     fn add(&mut self, estimate: Estimate, truth: f64) {
-        let interval = estimate.interval.unwrap();
+        self.rounds += estimate.samples;
+        let Some(interval) = estimate.interval else {
+            self.withheld += 1;
+            return;
+        };
         self.covered += usize::from(interval.contains(truth));
         self.widths.push((estimate.samples, interval.width()));
     }
 
-    fn mean_rounds(&self) -> f64 {
-        let rounds: usize = self.widths.iter().map(|(rounds, _)| rounds).sum();
-        rounds as f64 / self.widths.len() as f64
+    fn experiments(&self) -> f64 {
+        (self.withheld + self.widths.len()) as f64
     }
 
+    fn mean_rounds(&self) -> f64 {
+        self.rounds as f64 / self.experiments()
+    }
+
+    fn withheld(&self) -> f64 {
+        self.withheld as f64 / self.experiments()
+    }
+
+    /// Of the intervals that there are: one that is withheld does not count as covering.
     fn coverage(&self) -> f64 {
         self.covered as f64 / self.widths.len() as f64
     }
@@ -105,9 +127,9 @@ impl Tally {
 }
 
 /// The figures of a ratio's interval for each target, none of which may be worse than the bars. Widths are stated over
-/// the oracle's at the coverage that was reached, which the bar means, and at 95 %.
-fn cover_ratios(setting: &Setting, least_coverage: f64) {
-    let mut random = Rng::with_seed(7);
+/// the oracle's, of the same noise, at the coverage that was reached, which the bar means, and at 95 %.
+fn cover_ratios(setting: &Setting) {
+    let mut random = Rng::with_seed(seed());
     let truth = setting.true_ratio();
     let typical_width = typical_width(setting);
     let oracle = Oracle::new(&ENDS, truth, || ratios(&setting.rounds(&mut random, 1), 0));
@@ -118,39 +140,30 @@ fn cover_ratios(setting: &Setting, least_coverage: f64) {
             let rounds = rounds_until_enough(&ratios, target * typical_width);
             tally.add(Estimate::of_rounds(&ratios[0][..rounds]).unwrap(), truth);
         }
-        let (rounds, coverage) = (tally.mean_rounds(), tally.coverage());
+        let (rounds, coverage, withheld) = (tally.mean_rounds(), tally.coverage(), tally.withheld());
         let (width, of_95) = (tally.width_over(&oracle, coverage), tally.width_over(&oracle, 0.95));
         let row = format!(
-            "{:33} {target:6.2} {rounds:6.1} {:9.2} {width:6.2} {of_95:6.2}",
+            "{:33} {target:6.2} {rounds:6.1} {:9.2} {width:6.2} {of_95:6.2} {:9.2}",
             setting.name,
-            100.0 * coverage
+            100.0 * coverage,
+            100.0 * withheld
         );
         println!("{row}");
-        assert!(coverage >= least_coverage - slack(least_coverage), "coverage: {row}");
-        assert!(width <= WIDTH || least_coverage < COVERAGE, "width: {row}");
+        assert!(coverage >= COVERAGE - slack(COVERAGE), "coverage: {row}");
+        let width_of_bar = tally.width_over(&oracle, (coverage + slack(coverage)).min(1.0));
+        assert!(width_of_bar <= WIDTH, "width: {row}");
+        assert!(withheld <= WITHHELD + slack(WITHHELD), "withheld: {row}");
     }
 }
-
-const RATIOS: &str = "ratio of two cells                target rounds coverage%  width at 95%";
 
 #[test]
 fn intervals_of_ratios_cover_and_are_hardly_wider_than_the_best() {
     use noise::*;
-    println!("{RATIOS}");
-    let asked = [NORMAL, EXPONENTIAL, LOGNORMAL, STUDENT_2, STUDENT_3, SPIKES, DRIFT, WALK, AUTOCORRELATED];
-    for setting in asked.into_iter().chain([TWO_MODES]) {
-        cover_ratios(&setting, COVERAGE);
-    }
-}
-
-/// Where the ratio itself depends on the round before, thirty rounds are too few to show how much. Intervals that are
-/// wider where neighbours are alike win back half of what plain ones lose, which cover 92, 89 and 81 %.
-#[test]
-fn intervals_of_autocorrelated_ratios_cover_less() {
-    use noise::*;
-    println!("{RATIOS}");
-    for (setting, least_coverage) in [(RATIO_0_2, 0.935), (RATIO_0_3, 0.915), (RATIO_0_5, 0.86)] {
-        cover_ratios(&setting, least_coverage);
+    println!("ratio of two cells                target rounds coverage%  width at 95% withheld%");
+    let independent = [NORMAL, EXPONENTIAL, LOGNORMAL, STUDENT_2, STUDENT_3, SPIKES, TWO_MODES];
+    let dependent = [DRIFT, WALK, AUTOCORRELATED, RATIO_0_2, RATIO_0_3, RATIO_0_5];
+    for setting in independent.into_iter().chain(dependent) {
+        cover_ratios(&setting);
     }
 }
 
@@ -173,40 +186,41 @@ fn ending_at_the_first_narrow_interval_would_cover_less() {
     assert!(tally.coverage() < COVERAGE);
 }
 
-/// Absolute times of one cell, after as many rounds as the ratio asks for. What the machine does does not cancel in them:
-/// on one with a memory they cover less, on one that drifts there is no median to cover; both are noticed.
+/// Absolute times of one cell, after as many rounds as the ratio asks for. What the machine does does not cancel in them.
+/// The coverage is that of the intervals that are printed. On a machine that drifts there is no median to cover and none
+/// may be printed. A random walk has none either, but thirty rounds of it are often taken for a machine with a memory:
+/// that two of three are withheld is all that is asked.
 #[test]
-fn intervals_of_times_cover_on_machines_without_memory_and_notice_others() {
+fn intervals_of_times_cover_or_are_withheld() {
     use noise::*;
-    println!("absolute times of a cell          target rounds coverage%  plain% noticed%");
-    let without_memory = [NORMAL, BOTH_EXPONENTIAL, BOTH_STUDENT_2].map(|setting| (setting, COVERAGE, 0.0));
-    for (setting, least_coverage, least_noticed) in
-        without_memory.into_iter().chain([(AUTOCORRELATED, 0.86, 0.4), (DRIFT, 0.0, 0.99)])
-    {
+    println!("absolute times of a cell          target rounds coverage%  plain% withheld%");
+    let cover = [NORMAL, BOTH_EXPONENTIAL, BOTH_STUDENT_2, AUTOCORRELATED].map(|s| (s, COVERAGE, 0.0));
+    let withheld = [(DRIFT, 0.0, 0.99), (WALK, 0.0, 0.6)];
+    for (setting, least_coverage, least_withheld) in cover.into_iter().chain(withheld) {
         let mut random = Rng::with_seed(8);
         let typical_width = typical_width(&setting);
         for target in TARGETS {
-            let (mut tally, mut plain, mut noticed) = (Tally::default(), Tally::default(), 0);
+            let (mut tally, mut plain) = (Tally::default(), Tally::default());
             for _ in 0..experiments() {
                 let measured = setting.rounds(&mut random, 1);
                 let rounds = rounds_until_enough(&[ratios(&measured, 0)], target * typical_width);
                 let times = &base(&measured)[..rounds];
                 tally.add(Estimate::of_rounds(times).unwrap(), setting.true_base());
                 plain.add(Estimate::of(times).unwrap(), setting.true_base());
-                noticed += usize::from(variance_inflation(times) > 1.0);
             }
-            let (coverage, noticed) = (tally.coverage(), noticed as f64 / experiments() as f64);
+            let (coverage, withheld) = (tally.coverage(), tally.withheld());
             let row = format!(
-                "{:33} {target:6.2} {:6.1} {:9.2} {:7.2} {:8.1}",
+                "{:33} {target:6.2} {:6.1} {:9.2} {:7.2} {:9.2}",
                 setting.name,
                 tally.mean_rounds(),
                 100.0 * coverage,
                 100.0 * plain.coverage(),
-                100.0 * noticed
+                100.0 * withheld
             );
             println!("{row}");
-            assert!(coverage >= least_coverage - slack(least_coverage), "coverage: {row}");
-            assert!(noticed >= least_noticed - slack(least_noticed), "noticed: {row}");
+            let covers = least_coverage == 0.0 || coverage >= least_coverage - slack(least_coverage);
+            assert!(covers, "coverage: {row}");
+            assert!(withheld >= least_withheld - slack(least_withheld), "withheld: {row}");
         }
     }
 }
@@ -243,7 +257,8 @@ fn judge_variants(setting: &Setting, variants: usize, target: f64) -> Verdicts {
 fn equal_variants_are_rarely_called_faster_or_slower() {
     use noise::*;
     println!("verdicts                          variants target rounds wrong% found%");
-    for setting in [NORMAL, EXPONENTIAL, LOGNORMAL, STUDENT_2, SPIKES, DRIFT, WALK, AUTOCORRELATED] {
+    let asked = [NORMAL, EXPONENTIAL, LOGNORMAL, STUDENT_2, SPIKES, DRIFT, WALK, AUTOCORRELATED];
+    for setting in asked.into_iter().chain([RATIO_0_2, RATIO_0_3, RATIO_0_5]) {
         let typical_width = typical_width(&setting);
         for (variants, target) in [1, 3, 7].into_iter().flat_map(|m| [(m, 0.75), (m, 20.0)]) {
             let verdicts = judge_variants(&setting, variants, target * typical_width);

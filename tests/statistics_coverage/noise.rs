@@ -99,7 +99,7 @@ pub const AUTOCORRELATED: Setting = Setting {
     ..STILL
 };
 
-/// Harder than what is asked for: the ratio itself depends on the round before, or has no mass at its median.
+/// The hardest: the ratio itself depends on the round before, or has no mass at its median.
 pub const RATIO_0_2: Setting = Setting {
     name: "ratio autocorrelated: rho 0.2",
     variant: |random| autocorrelated(random, MOST, 0.2, 0.98),

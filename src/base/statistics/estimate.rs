@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Interval, interval_of_rounds, median, median_interval};
+use super::{Interval, NoInterval, interval_of_rounds, median, median_interval};
 
 /// A median with what is known about it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     pub median: f64,
-    /// `None` where there are too few samples for one.
+    /// `None` where there are too few samples for one, or where they depend on one another too much.
     pub interval: Option<Interval>,
     /// The number of samples: rounds, each in processes of their own.
     pub samples: usize,
@@ -22,10 +22,16 @@ impl Estimate {
     }
 
     /// From rounds in the order in which they were measured: the interval is wider where neighbouring rounds resemble
-    /// one another. `None` without rounds.
+    /// one another, and missing where they do so much. `None` without rounds.
     pub fn of_rounds(rounds: &[f64]) -> Option<Estimate> {
         let median = median(rounds)?;
         Some(Estimate { median, interval: interval_of_rounds(rounds).ok(), samples: rounds.len() })
+    }
+
+    /// Why there is no interval, where there is none. Rounds that are enough for one lack it only if they depend on one
+    /// another.
+    pub fn why_no_interval(&self) -> Option<NoInterval> {
+        self.interval.is_none().then(|| NoInterval::of(self.samples))
     }
 
     /// The same in another unit.
@@ -54,10 +60,13 @@ mod tests {
     }
 
     #[test]
-    fn rounds_in_a_trend_have_a_wider_interval() {
+    fn rounds_in_a_trend_have_no_interval() {
         let trend: Vec<f64> = (0..12).map(f64::from).collect();
-        let interval = |estimate: Option<Estimate>| estimate.unwrap().interval.unwrap();
-        assert_eq!(interval(Estimate::of_rounds(&trend)), Interval { low: 0.0, high: 11.0 });
-        assert_eq!(interval(Estimate::of(&trend)), Interval { low: 2.0, high: 9.0 });
+        let (of_rounds, of) = (Estimate::of_rounds(&trend).unwrap(), Estimate::of(&trend).unwrap());
+        assert_eq!(of_rounds.why_no_interval(), Some(NoInterval::DependentRounds));
+        assert_eq!(of.interval, Some(Interval { low: 2.0, high: 9.0 }));
+        assert_eq!(of.why_no_interval(), None);
+        let few = Estimate::of_rounds(&trend[..5]).unwrap();
+        assert_eq!(few.why_no_interval(), Some(NoInterval::TooFewRounds { needed: 6 }));
     }
 }

@@ -14,11 +14,9 @@ mod outliers;
 pub mod stopping;
 
 pub use comparison::{Comparison, Unresolved, Verdict, compare, holm};
-pub use dependence::variance_inflation;
+pub use dependence::{effective_rounds, variance_inflation};
 pub use estimate::Estimate;
-pub use interval::{
-    Interval, TooFewRounds, interval_of_rounds, median_interval, samples_needed, sign_test_of_rounds,
-};
+pub use interval::{Interval, NoInterval, interval_of_rounds, median_interval, samples_needed};
 pub use noise_floor::{NoiseFloor, noise_floor};
 pub use outliers::outliers;
 

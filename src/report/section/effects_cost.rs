@@ -77,7 +77,7 @@ fn change(measured: &Measured, cells: &[TimedCell], base: &TimedCell, scheme: &S
         id: scheme.id.clone(),
         title: scheme.title.clone(),
         per_step: per_step(cell),
-        saved_ms: Estimate::of(&saved_ms)?,
+        saved_ms: Estimate::of_rounds(&saved_ms)?,
         time_ratio: ratio(&per_step(cell), &per_step(base))?,
         saved_columns: saved(Observed::ColumnBytes),
         saved_bytes: saved(Observed::BytesPerParticle),
@@ -142,7 +142,7 @@ fn equal_answers(changes: &[Change]) -> Vec<String> {
         Some(format!(
             "Without {effect} and with {effect} zero, {difference}; leaving it out saves {} ms a step more than \
              setting it to zero.",
-            show(&Estimate::of(&saved)?, 2)
+            show(&Estimate::of_rounds(&saved)?, 2)
         ))
     };
     ["viscosity", "collision"].into_iter().filter_map(pair).collect()

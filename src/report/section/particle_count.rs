@@ -62,7 +62,7 @@ fn size(measured: &Measured, list: &TimedCell) -> Option<Size> {
         relocated_non_cg_ns: ns(&relocated, Quantity::NonCg)?,
         cg_ns: ns(list, Quantity::Cg)?,
         gain: ratio(&per_step(list, Quantity::NonCg), &per_step(&relocated, Quantity::NonCg))?,
-        cg_share: Estimate::of(&share)?,
+        cg_share: Estimate::of_rounds(&share)?,
         iterations: steps.iter().sum::<usize>() as f64 / steps.len() as f64,
     })
 }
