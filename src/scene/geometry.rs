@@ -184,9 +184,10 @@ impl Geometry {
     }
 
     /// Places the particles: those of the lattice, then the single ones. The index of each is its identity.
-    pub fn fill(&self, particle_distance_m: f64) -> Vec<InitialParticle> {
+    pub fn fill(&self, particle_distance_m: f64, dimensions: u32) -> Vec<InitialParticle> {
         let layers = i64::from(self.lattice.layers);
         let axis = |d: usize| {
+            let layers = if d < dimensions as usize { layers } else { 0 };
             let last = (self.lattice.extent_m[d] / particle_distance_m) as i64 + layers;
             (-layers..=last).map(move |i| particle_distance_m * i as f64)
         };

@@ -295,7 +295,7 @@ impl Scene {
 
     /// The particles at the start, in the order of their identities.
     pub fn particles(&self, file: &str) -> Result<Vec<InitialParticle>, InputError> {
-        let mut particles = self.geometry.fill(self.particle_distance_m);
+        let mut particles = self.geometry.fill(self.particle_distance_m, self.dimensions);
         Check { file }.require(
             !particles.is_empty(),
             "geometry",
