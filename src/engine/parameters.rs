@@ -143,6 +143,11 @@ impl Parameters {
         Reference::on_lattice(self.dimensions, self.particle_distance_m, radius_m)
     }
 
+    /// Densities by group, kg/m3; empty where all particles have the fluid's.
+    pub fn group_densities(&self) -> Vec<f64> {
+        self.effects.rigid_bodies.as_ref().map_or(Vec::new(), |bodies| bodies.density_kg_m3.clone())
+    }
+
     /// The factor `2 D / (n0_L lambda)` of the Laplacian model, 1/m2 (Koshizuka & Oka 1996).
     pub fn laplacian_factor(&self) -> f64 {
         let reference = self.reference(self.laplacian_radius_m());

@@ -6,13 +6,18 @@ use crate::base::input::InputError;
 use crate::scene::Scene;
 
 /// Name and text of each scene.
-const SCENES: [(&str, &str); 6] = [
+const SCENES: [(&str, &str); 11] = [
     ("dam-break", include_str!("../../experiments/scenes/dam-break.toml")),
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),
     ("falling-block", include_str!("../../experiments/scenes/falling-block.toml")),
     ("lone-particle", include_str!("../../experiments/scenes/lone-particle.toml")),
     ("leaver", include_str!("../../experiments/scenes/leaver.toml")),
     ("coincident-pair", include_str!("../../experiments/scenes/coincident-pair.toml")),
+    ("filling-mould", include_str!("../../experiments/scenes/filling-mould.toml")),
+    ("floating-box", include_str!("../../experiments/scenes/floating-box.toml")),
+    ("piston-wave", include_str!("../../experiments/scenes/piston-wave.toml")),
+    ("rotating-cup", include_str!("../../experiments/scenes/rotating-cup.toml")),
+    ("sloshing-tank", include_str!("../../experiments/scenes/sloshing-tank.toml")),
 ];
 
 /// The names of all embedded scenes.

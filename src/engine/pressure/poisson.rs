@@ -3,6 +3,7 @@
 //! * Source `b_i = gamma / dt^2 (n_i - n0) / n0`, Pa/m2 per (kg/m3), or that of [`divergence`](super::divergence).
 //! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
 //!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
+//!   Where groups have densities of their own, `2 / (rho_i + rho_j)` takes the place of `1 / rho`.
 
 use crate::base::parallel::Team;
 use crate::engine::kernel::Kernel;
@@ -25,6 +26,10 @@ pub struct Poisson {
     kernel: Kernel,
     /// `2D / (n0_L lambda rho)`.
     coefficient: f64,
+    /// `2D / (n0_L lambda)`.
+    factor: f64,
+    /// By group; empty where all particles have one.
+    density_kg_m3: Vec<f64>,
     /// `alpha`, 1/Pa.
     compressibility_1_pa: f64,
     /// `gamma`.
@@ -45,6 +50,8 @@ impl Poisson {
         Poisson {
             kernel: pressure.kernel(parameters.laplacian_radius_m(), parameters),
             coefficient: parameters.laplacian_factor() / parameters.density_kg_m3,
+            factor: parameters.laplacian_factor(),
+            density_kg_m3: parameters.group_densities(),
             compressibility_1_pa: pressure.compressibility_1_pa,
             source_relaxation: pressure.source_relaxation,
             n0: parameters.reference(parameters.number_density_radius_m()).number_density,
@@ -80,17 +87,34 @@ impl Poisson {
 
     /// Phase `matrix`.
     pub fn assemble<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
+        if self.density_kg_m3.is_empty() {
+            let coefficient = self.coefficient;
+            return self.assemble_with::<C, T>(|_, _| coefficient, unknowns, state);
+        }
+        let density_kg_m3 = std::mem::take(&mut self.density_kg_m3);
+        let (factor, density) = (self.factor, |i| density_kg_m3[state.particles.group_of(i) as usize]);
+        self.assemble_with::<C, T>(|i, j| 2.0 * factor / (density(i) + density(j)), unknowns, state);
+        self.density_kg_m3 = density_kg_m3;
+    }
+
+    /// With the factor before a pair's weight.
+    fn assemble_with<C: CandidateSearch, T: DistanceTest>(
+        &mut self,
+        coefficient: impl Fn(usize, usize) -> f64 + Sync,
+        unknowns: &Unknowns,
+        state: &State<C>,
+    ) {
         let near = state.neighborhood();
         let Unknowns { label, rows, row_of, .. } = unknowns;
-        let (kernel, coefficient) = (self.kernel, self.coefficient);
+        let kernel = self.kernel;
         let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
         self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
-            let mut sum = 0.0;
-            near.for_each_neighbor::<T>(rows[row] as usize, kernel.radius_m, |j, _, r| match label[j] {
+            let (i, mut sum) = (rows[row] as usize, 0.0);
+            near.for_each_neighbor::<T>(i, kernel.radius_m, |j, _, r| match label[j] {
                 Label::Outside => {}
-                Label::Surface => sum += coefficient * kernel.weight(r),
+                Label::Surface => sum += coefficient(i, j) * kernel.weight(r),
                 Label::Inner => {
-                    let c = coefficient * kernel.weight(r);
+                    let c = coefficient(i, j) * kernel.weight(r);
                     sum += c;
                     entries.push(row_of[j], -c);
                 }

@@ -110,11 +110,11 @@ impl Bath {
     fn run(&self, draft: i32, density: f64, fixed: Fixed, end_s: f64) -> Result<Vec<[f64; 3]>, String> {
         let l0 = self.l0;
         let particles = self.particles(draft);
-        let bodies = RigidBodies { fixed: vec![Fixed::default(), fixed] };
+        let bodies =
+            RigidBodies { fixed: vec![Fixed::default(), fixed], density_kg_m3: vec![1000.0, density] };
         let effects = Effects { rigid_bodies: Some(bodies), ..plane::water_effects() };
         let dt = 0.1 * l0 / (G * f64::from(self.depth) * l0).sqrt();
         let parameters = plane::parameters(l0, dt, &particles, 0.2, effects);
-        let _ = density;
         let mut simulation = plane::start(&parameters, &particles)?;
         let mut path = Vec::new();
         for step in 0..(end_s / dt) as usize {
@@ -179,5 +179,38 @@ pub fn sinking_box(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
         error: (last - floor).abs() / bath.l0,
         gate: 1.0,
         source: "denser than water",
+    }])
+}
+
+/// A box of half the density of water, let go a fifth of its side too deep, heaves with `w^2 = rho g B / (m + m_a)`. The
+/// added mass is that of a square in unbounded fluid, `4.754 rho a^2` with the half side `a` (Newman 1977, table 4.3), of
+/// which the half below the surface counts: the limit of high frequencies, where the surface is a mirror.
+pub fn heave(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
+    let bath = Bath::new(fidelity);
+    let upright = Fixed { translation: [true, false, false], rotation: [false, false, true] };
+    let path = bath.run(bath.side * 7 / 10, 500.0, upright, 3.0)?;
+    let late = &path[path.len() * 2 / 3..];
+    let middle = late.iter().map(|row| row[1]).sum::<f64>() / late.len() as f64;
+    let crosses = |pair: &[[f64; 3]]| {
+        let (before, after) = (pair[0][1] - middle, pair[1][1] - middle);
+        let share = before / (before - after);
+        (before * after < 0.0).then_some(pair[0][0] + share * (pair[1][0] - pair[0][0]))
+    };
+    let crossings: Vec<f64> = path.windows(2).filter_map(crosses).collect();
+    let [first, _, third, ..] = crossings[..] else {
+        return Err("the box does not heave".to_string());
+    };
+    let side_m = f64::from(bath.side) * bath.l0;
+    let masses = 0.5 * side_m * side_m + 0.5 * 4.754 * 0.25 * side_m * side_m;
+    let expected_s = std::f64::consts::TAU * (masses / (G * side_m)).sqrt();
+    Ok(vec![Outcome {
+        effect: "rigid_bodies",
+        case: "a box that heaves",
+        quantity: "period, s",
+        value: third - first,
+        reference: expected_s,
+        error: ((third - first) / expected_s - 1.0).abs(),
+        gate: 0.1,
+        source: "added mass of half a square, Newman 1977",
     }])
 }

@@ -67,5 +67,6 @@ pub const CASES: &[Case] = &[
     Case { name: "filling-mould", run: flow_boundaries::filling },
     Case { name: "body-free-flight", run: bodies::free_flight },
     Case { name: "floating-box", run: bodies::floating_box },
+    Case { name: "heave", run: bodies::heave },
     Case { name: "sinking-box", run: bodies::sinking_box },
 ];

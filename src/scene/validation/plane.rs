@@ -13,7 +13,7 @@ use crate::engine::particles::{InitialParticle, Kind, Particles};
 use crate::engine::phase::NoProbe;
 use crate::engine::preset::Preset;
 use crate::engine::pressure::Pressure;
-use crate::engine::pressure::options::{Clamp, Gradient, Source, Surface};
+use crate::engine::pressure::options::Surface;
 use crate::engine::simulation::{self, Simulation, Start, StepReport};
 
 /// Standard gravity, rounded as in the paper's scene, m/s2.
@@ -30,10 +30,7 @@ pub fn water_effects() -> Effects {
         wall_contact: Some(WallContact { height: 0.7, reach: 0.75 }),
         pressure: Some(Pressure {
             kernel_floor: Some(0.5),
-            source: Source::Divergence { density_feedback_s: 0.05 },
-            gradient: Gradient::Corrected,
             surface: Surface::DensityAndAsymmetry,
-            clamp: Clamp::NearSurface,
             ..Pressure::default()
         }),
         ..Effects::default()

@@ -42,6 +42,8 @@ pub struct PressureGradient {
     kernel: Kernel,
     /// `-D / (n0_g rho)`.
     factor: f64,
+    /// The same of each group; empty where all particles have one density.
+    factor_of_group: Vec<f64>,
     gradient: Gradient,
     clamp: Clamp,
     /// The moment matrix of the reference lattice, a multiple of unity: `n0_g / D`.
@@ -59,6 +61,11 @@ impl PressureGradient {
         PressureGradient {
             kernel: pressure.kernel(radius_m, parameters),
             factor: -(dimensions / (n0 * parameters.density_kg_m3)),
+            factor_of_group: parameters
+                .group_densities()
+                .iter()
+                .map(|density_kg_m3| -(dimensions / (n0 * density_kg_m3)))
+                .collect(),
             gradient: pressure.gradient,
             clamp: pressure.clamp,
             lattice_moment: n0 / dimensions,
@@ -162,13 +169,17 @@ impl PressureGradient {
         broken: &FirstIndex,
     ) {
         let forces = state.forces();
-        let (near, kind) = (&forces.near, forces.fields.kind);
+        let (near, fields, kind) = (&forces.near, forces.fields, forces.fields.kind);
         forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
             for (i, a) in range.zip(acceleration) {
                 if !kind[i].moves() {
                     continue;
                 }
-                *a = add_scaled(*a, self.factor, form.sum::<C, T>(near, i));
+                let factor = match self.factor_of_group.is_empty() {
+                    true => self.factor,
+                    false => self.factor_of_group[fields.group_of(i) as usize],
+                };
+                *a = add_scaled(*a, factor, form.sum::<C, T>(near, i));
                 if !is_finite(*a) {
                     broken.record(i);
                 }
