@@ -3,7 +3,7 @@
 //! A wall particle is of the first layer where the particles of the wall around it lie to one side: the normal is the
 //! direction of `-sum_k w(r_jk, 1.5 l0) r_jk` over solid particles `k`, taken as an axis if it is within ten degrees of it,
 //! since a wall on the lattice bends its normals beside a corner. Deeper particles belong to the nearest particle of the
-//! first layer, one of their own group if there is one. Our own model. Walls stand still, so this is worked out once.
+//! first layer, one of their own group if there is one. Our own model. Worked out once, and anew when walls have moved.
 
 use crate::base::parallel::Rows;
 use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, scale};
@@ -66,13 +66,14 @@ impl Surfaces {
         (height_m > 0.0).then_some(Seen { normal, height_m: height_m.max(nearest_m), depth_m })
     }
 
-    /// Works out the surfaces in the first step.
+    /// Works out the surfaces in the first step and after walls have moved.
     pub fn find<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
-        if self.of_particle.len() == state.particles.len() {
+        if self.of_particle.len() == state.particles.len() && !state.walls_moved {
             return;
         }
         let first = self.first_layer::<C, T>(state);
-        let mut of_particle = first.clone();
+        let mut of_particle = std::mem::take(&mut self.of_particle);
+        of_particle.clone_from(&first);
         state.team().fill(Rows::new(&mut of_particle), |range, surfaces| {
             for (i, surface) in range.zip(surfaces) {
                 if is_solid(state.particles.kind[i]) && surface.normal == ZERO {
