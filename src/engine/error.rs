@@ -23,4 +23,6 @@ pub enum SimulationError {
     StepTooShort { step: usize, time_step_s: f64, reason: &'static str },
     #[error("step {step}, phase cg: {source}")]
     Solver { step: usize, source: CgError },
+    #[error("step {step}, phase implicit_viscosity: {source}")]
+    Viscosity { step: usize, source: CgError },
 }

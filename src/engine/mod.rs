@@ -19,4 +19,6 @@ pub mod simulation;
 pub mod stage;
 pub mod terms;
 pub mod time_step;
+pub mod viscous;
+pub mod viscous_stages;
 pub mod wall_mirror;

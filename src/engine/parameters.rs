@@ -3,6 +3,9 @@
 use crate::base::vec3::Vec3;
 use crate::engine::effects::collision::Collision;
 use crate::engine::effects::gravity::Gravity;
+use crate::engine::effects::implicit_viscosity::ImplicitViscosity;
+use crate::engine::effects::rheology::Rheology;
+use crate::engine::effects::turbulence::Turbulence;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
 use crate::engine::kernel::{Dimensions, Reference};
@@ -57,6 +60,16 @@ impl Property {
         }
     }
 
+    /// The value, if it is the same for all groups.
+    pub fn uniform(&self) -> Option<f64> {
+        match self {
+            Property::Uniform(value) => Some(*value),
+            Property::ByGroup(values) => {
+                values.first().copied().filter(|first| values.iter().all(|value| value == first))
+            }
+        }
+    }
+
     /// The largest value of any group.
     pub fn largest(&self) -> f64 {
         match self {
@@ -97,6 +110,9 @@ impl Domain {
 pub struct Effects {
     pub gravity: Option<Gravity>,
     pub viscosity: Option<Viscosity>,
+    pub implicit_viscosity: Option<ImplicitViscosity>,
+    pub rheology: Option<Rheology>,
+    pub turbulence: Option<Turbulence>,
     pub collision: Option<Collision>,
     pub wall_contact: Option<WallContact>,
     pub pressure: Option<Pressure>,

@@ -6,8 +6,11 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Phase {
     Gravity,
+    WallMirror,
+    StrainRate,
     Viscosity,
     PairTerms,
+    ImplicitViscosity,
     Move,
     Collision,
     WallContact,
@@ -27,10 +30,13 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 18] = [
+    pub const ALL: [Phase; 21] = [
         Phase::Gravity,
+        Phase::WallMirror,
+        Phase::StrainRate,
         Phase::Viscosity,
         Phase::PairTerms,
+        Phase::ImplicitViscosity,
         Phase::Move,
         Phase::Collision,
         Phase::WallContact,
@@ -51,8 +57,11 @@ impl Phase {
     pub fn name(self) -> &'static str {
         match self {
             Phase::Gravity => "gravity",
+            Phase::WallMirror => "wall_mirror",
+            Phase::StrainRate => "strain_rate",
             Phase::Viscosity => "viscosity",
             Phase::PairTerms => "pair_terms",
+            Phase::ImplicitViscosity => "implicit_viscosity",
             Phase::Move => "move",
             Phase::Collision => "collision",
             Phase::WallContact => "wall_contact",
@@ -75,7 +84,9 @@ impl Phase {
     pub fn walks_neighbors(self) -> bool {
         matches!(
             self,
-            Phase::Viscosity
+            Phase::WallMirror
+                | Phase::StrainRate
+                | Phase::Viscosity
                 | Phase::PairTerms
                 | Phase::Collision
                 | Phase::WallContact

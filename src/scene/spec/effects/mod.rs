@@ -4,6 +4,8 @@
 mod collision;
 mod gravity;
 mod pressure;
+mod rheology;
+mod turbulence;
 mod viscosity;
 mod wall_contact;
 
@@ -67,6 +69,12 @@ effects! {
     gravity: gravity::GravitySpec,
     /// Viscosity of a Newtonian fluid, explicit in time.
     viscosity: viscosity::ViscositySpec,
+    /// Viscosity that limits no step, implicit in time.
+    implicit_viscosity: viscosity::ImplicitViscositySpec,
+    /// A viscosity that depends on the shear rate: power-law, Bingham and other generalised Newtonian fluids.
+    rheology: rheology::RheologySpec,
+    /// Eddy viscosity below the particle distance (Smagorinsky).
+    turbulence: turbulence::TurbulenceSpec,
     /// Particles that come too close collide.
     collision: collision::CollisionSpec,
     /// Fluid does not pass the plane of a wall's surface.
@@ -79,9 +87,34 @@ effects! {
 const NEEDS: [(&str, &str, &str); 0] = [];
 
 /// Two effects that exclude each other, with the reason.
-const EXCLUDES: [(&str, &str, &str); 0] = [];
+const EXCLUDES: [(&str, &str, &str); 1] =
+    [("viscosity", "implicit_viscosity", "viscosity is computed once, explicitly or implicitly")];
+
+/// An effect and those of which it needs one, with the reason.
+const NEEDS_ONE_OF: [(&str, &[&str], &str); 2] = [
+    (
+        "rheology",
+        &["viscosity", "implicit_viscosity"],
+        "a shear rate makes a viscosity, and another effect its force",
+    ),
+    (
+        "turbulence",
+        &["viscosity", "implicit_viscosity"],
+        "eddies add to a viscosity, and another effect is its force",
+    ),
+];
 
 impl EffectsSpec {
+    /// An upper estimate of what effects with a matrix of their own take beyond `BYTES_PER_PARTICLE`, bytes a particle: as
+    /// many entries as the pressure's matrix has, or three times as many.
+    pub(super) fn more_bytes_per_particle(&self) -> usize {
+        use viscosity::FormSpec;
+        self.implicit_viscosity.as_ref().map_or(0, |viscosity| match viscosity.form {
+            FormSpec::Laplacian => 2500,
+            FormSpec::AngularMomentum => 7000,
+        })
+    }
+
     /// Refuses effects without what they need, and those that contradict each other.
     fn fit_together(&self, check: Check<'_>) -> Result<(), InputError> {
         let named = self.named();
@@ -90,6 +123,12 @@ impl EffectsSpec {
             let allowed = format!("{why}: name `effects.{needed}` as well, or leave this one out");
             let key = format!("effects.{effect}");
             check.require(!is_named(effect) || is_named(needed), &key, "named alone", allowed)?;
+        }
+        for (effect, needed, why) in NEEDS_ONE_OF {
+            let tables = needed.iter().map(|name| format!("`effects.{name}`")).collect::<Vec<_>>();
+            let allowed = format!("{why}: name {} as well, or leave this one out", tables.join(" or "));
+            let (key, any) = (format!("effects.{effect}"), needed.iter().any(|name| is_named(name)));
+            check.require(!is_named(effect) || any, &key, "named alone", allowed)?;
         }
         for (one, other, why) in EXCLUDES {
             let allowed = format!("{why}: leave one of them out");
@@ -108,6 +147,9 @@ mod tests {
     fn prerequisites_and_contradictions_name_effects() {
         for (one, other, _) in NEEDS.iter().chain(&EXCLUDES) {
             assert!(EffectsSpec::NAMES.contains(one) && EffectsSpec::NAMES.contains(other), "{one}, {other}");
+        }
+        for (effect, needed, _) in &NEEDS_ONE_OF {
+            assert!(needed.iter().chain([effect]).all(|name| EffectsSpec::NAMES.contains(name)), "{effect}");
         }
     }
 }
