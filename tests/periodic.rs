@@ -25,10 +25,7 @@ fn parameters() -> Parameters {
         radii: Radii { number_density: 2.1, gradient: 2.1, laplacian: 3.1 },
         domain: Domain { periodic: [true, true, false], ..Domain::new(low, high) },
         groups: Vec::new(),
-        effects: Effects {
-            viscosity: Some(Viscosity { kinematic_viscosity_m2_s: 0.5 }),
-            ..Effects::default()
-        },
+        effects: Effects { viscosity: Some(Viscosity::uniform(0.5)), ..Effects::default() },
     }
 }
 

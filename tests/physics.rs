@@ -99,7 +99,7 @@ fn viscosity_of_a_parabolic_profile_is_its_second_derivative() {
             }
         }
     }
-    let viscosity = Some(Viscosity { kinematic_viscosity_m2_s: nu });
+    let viscosity = Some(Viscosity::uniform(nu));
     let mut simulation = build(Effects { viscosity, ..Effects::default() }, &particles);
     simulation.step(&mut NoProbe).unwrap();
     let centre = particles.len() / 2;
@@ -276,7 +276,7 @@ fn coincident_particles_end_the_run_with_step_phase_and_particles() {
     let place = [0.3, 0.1, 0.2];
     let apart = fluid([0.0; 3], [0.0; 3]);
     let twins = [apart, fluid(place, [0.0; 3]), fluid(place, [0.0; 3])];
-    let viscosity = Some(Viscosity { kinematic_viscosity_m2_s: 1e-6 });
+    let viscosity = Some(Viscosity::uniform(1e-6));
     let collision = Some(Collision { distance: 0.5, restitution: 0.2 });
     for (effects, phase) in [
         (Effects { viscosity, collision, pressure: pressure(), ..Effects::default() }, Phase::Viscosity),

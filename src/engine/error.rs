@@ -28,4 +28,6 @@ pub enum SimulationError {
     ReserveExhausted { step: usize, inflow: usize },
     #[error("step {step}, phase cg: {source}")]
     Solver { step: usize, source: CgError },
+    #[error("step {step}, phase implicit_viscosity: {source}")]
+    Viscosity { step: usize, source: CgError },
 }

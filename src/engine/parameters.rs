@@ -7,7 +7,10 @@ use crate::engine::effects::diffusion::Diffusion;
 use crate::engine::effects::flow_boundaries::FlowBoundaries;
 use crate::engine::effects::frame::Frame;
 use crate::engine::effects::gravity::Gravity;
+use crate::engine::effects::implicit_viscosity::ImplicitViscosity;
+use crate::engine::effects::rheology::Rheology;
 use crate::engine::effects::rigid_bodies::RigidBodies;
+use crate::engine::effects::turbulence::Turbulence;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
 use crate::engine::effects::wall_motion::WallMotion;
@@ -63,6 +66,16 @@ impl Property {
         }
     }
 
+    /// The value, if it is the same for all groups.
+    pub fn uniform(&self) -> Option<f64> {
+        match self {
+            Property::Uniform(value) => Some(*value),
+            Property::ByGroup(values) => {
+                values.first().copied().filter(|first| values.iter().all(|value| value == first))
+            }
+        }
+    }
+
     /// The largest value of any group.
     pub fn largest(&self) -> f64 {
         match self {
@@ -106,6 +119,9 @@ pub struct Effects {
     pub viscosity: Option<Viscosity>,
     pub heat: Option<Diffusion>,
     pub scalar: Option<Diffusion>,
+    pub implicit_viscosity: Option<ImplicitViscosity>,
+    pub rheology: Option<Rheology>,
+    pub turbulence: Option<Turbulence>,
     pub collision: Option<Collision>,
     pub wall_contact: Option<WallContact>,
     pub pressure: Option<Pressure>,

@@ -103,6 +103,8 @@ pub struct Particles {
     pub concentration: Vec<f64>,
     /// Per second, gathered by the terms of a step; zero between steps.
     pub concentration_rate: Vec<f64>,
+    /// Kinematic, square metres per second; empty where it is the same for all particles.
+    pub viscosity: Vec<f64>,
 }
 
 impl Particles {
@@ -164,6 +166,14 @@ impl Particles {
         }
     }
 
+    /// Adds the column of viscosities, `of_group` telling that of each particle.
+    pub fn add_viscosity(&mut self, of_group: impl Fn(u8) -> f64, workers: &Workers) {
+        self.viscosity = workers.column(self.len(), 0.0);
+        for i in 0..self.len() {
+            self.viscosity[i] = of_group(self.group_of(i));
+        }
+    }
+
     /// The group of a particle, 0 where the scene names none.
     #[inline(always)]
     pub fn group_of(&self, i: usize) -> u8 {
@@ -183,6 +193,7 @@ impl Particles {
             ("temperature_rate", &mut self.temperature_rate),
             ("concentration", &mut self.concentration),
             ("concentration_rate", &mut self.concentration_rate),
+            ("viscosity", &mut self.viscosity),
         ];
         for (name, column) in scalars {
             if !column.is_empty() {
@@ -222,6 +233,7 @@ impl Particles {
                 &self.temperature_rate,
                 &self.concentration,
                 &self.concentration_rate,
+                &self.viscosity,
             ]
             .map(|c| size_of_val(&c[..]))
             .iter()

@@ -11,14 +11,14 @@ use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_o
 use crate::engine::effects::frame::FrameAcceleration;
 use crate::engine::effects::motion::{Corrector, Predictor};
 use crate::engine::effects::rigid_bodies::BodyMotion;
-use crate::engine::effects::viscosity::ExplicitViscosity;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::effects::wall_motion::WallMotions;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
-use crate::engine::phase::{Phase, Probe};
+use crate::engine::phase::Probe;
 use crate::engine::preset::{Options, Search, Test};
+use crate::engine::pressure::conjugate_gradient::CgInfo;
 use crate::engine::pressure::{PressureReport, PressureSolve};
 use crate::engine::search::aos_relocation::AosRelocation;
 use crate::engine::search::brute_force::BruteForce;
@@ -27,12 +27,12 @@ use crate::engine::search::linked_list::LinkedList;
 use crate::engine::search::periodic::Periodic;
 use crate::engine::search::{CandidateSearch, DistanceTest, RootFirst, SquaredFirst};
 use crate::engine::stage::{Stage, State};
-use crate::engine::terms::PairPass;
 use crate::engine::time_step::{Adaptive, StepLimit};
+use crate::engine::viscous_stages;
 
 /// The stages of one step, in order: the semi-implicit MPS method. A stage that the scene does not call for is not in
 /// the list, has no phase and no columns.
-fn stages<C: CandidateSearch, T: DistanceTest>(
+fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     parameters: &Parameters,
     options: &Options,
     state: &State<C>,
@@ -52,11 +52,6 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     if let Some(buoyancy) = effects.buoyancy {
         stages.push(Box::new(buoyancy));
     }
-    if let Some(viscosity) = effects.viscosity {
-        let term = ExplicitViscosity::new(viscosity, parameters);
-        let radius_m = parameters.laplacian_radius_m();
-        stages.push(Box::new(PairPass { term, radius_m, phase: Phase::Viscosity }));
-    }
     if let Some(heat) = &effects.heat {
         stages.push(diffusion::stage::<C, T>(Carried::Temperature, heat, parameters));
         stages.push(Box::new(Advance::new(Carried::Temperature, heat, parameters)));
@@ -69,6 +64,7 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
         let (frame, dimensions) = (frame.clone(), parameters.dimensions);
         stages.push(Box::new(FrameAcceleration { frame, dimensions }));
     }
+    stages.extend(viscous_stages::stages::<C, T>(parameters, options));
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
         stages.push(Box::new(Collisions::new(collision, parameters, state)));
@@ -103,6 +99,8 @@ pub struct StepReport {
     pub pressure: Option<PressureReport>,
     /// `None` in a scene without flow boundaries.
     pub flow: Option<FlowReport>,
+    /// `None` in a scene without implicit viscosity.
+    pub viscosity: Option<CgInfo>,
 }
 
 /// A simulation whose search and distance test were chosen when it was built.
@@ -189,8 +187,8 @@ impl<C: CandidateSearch, T: DistanceTest> Simulation for Composed<C, T> {
                 redone
             }
         })?;
-        let State { step, time_s, time_step_s, ghosts, pressure, flow, .. } = self.state;
-        Ok(StepReport { step, time_s, time_step_s, redone, ghosts, pressure, flow })
+        let State { step, time_s, time_step_s, ghosts, pressure, flow, viscosity, .. } = self.state;
+        Ok(StepReport { step, time_s, time_step_s, redone, ghosts, pressure, flow, viscosity })
     }
 
     fn particles(&self) -> &Particles {
@@ -274,6 +272,7 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
     if !parameters.groups.is_empty() {
         particles.add_groups(start.particles, &workers);
     }
+    viscous_stages::add_columns(&mut particles, parameters, &workers);
     let mut state = State::<C>::new(particles, grid, workers, parameters.time_step_s);
     state.step = start.steps_done;
     state.time_s = start.steps_done as f64 * parameters.time_step_s;

@@ -11,6 +11,7 @@ use crate::engine::parameters::Domain;
 use crate::engine::particles::{Kind, Particles};
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::pressure::PressureReport;
+use crate::engine::pressure::conjugate_gradient::CgInfo;
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::{CandidateSearch, NONE, Neighborhood};
 use crate::engine::time_step::StepLimit;
@@ -54,6 +55,8 @@ pub struct State<C> {
     pub flow: Option<FlowReport>,
     /// Whether walls move: what was worked out from their places then holds for one step.
     pub walls_moved: bool,
+    /// What the solve of implicit viscosity met in this step; stays `None` in a scene without it.
+    pub viscosity: Option<CgInfo>,
     candidates: C,
     buckets: Buckets,
     /// Whether the buckets are those of the present positions.
@@ -75,6 +78,7 @@ impl<C: CandidateSearch> State<C> {
             pressure: None,
             flow: None,
             walls_moved: false,
+            viscosity: None,
             fresh: false,
         }
     }
@@ -195,10 +199,11 @@ impl<C: CandidateSearch> State<C> {
             temperature_rate,
             concentration,
             concentration_rate,
+            viscosity,
         } = &mut self.particles;
         Forces {
             near: Neighborhood { candidates: &self.candidates, buckets: &self.buckets, positions: position },
-            fields: Fields { kind, group, velocity, pressure, temperature, concentration },
+            fields: Fields { kind, group, velocity, pressure, temperature, concentration, viscosity },
             acceleration,
             temperature_rate,
             concentration_rate,
@@ -241,6 +246,7 @@ pub struct Fields<'a> {
     pub pressure: &'a [f64],
     pub temperature: &'a [f64],
     pub concentration: &'a [f64],
+    pub viscosity: &'a [f64],
 }
 
 impl Fields<'_> {

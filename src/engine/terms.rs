@@ -8,10 +8,11 @@ use crate::base::parallel::{FirstIndex, Rows};
 use crate::base::vec3::{Vec3, is_finite};
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::weight;
-use crate::engine::particles::Kind;
+use crate::engine::particles::{Kind, Particles};
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Fields, Forces, Stage, State};
+use crate::engine::time_step::StepLimit;
 
 /// A neighbour `j` of particle `i`.
 #[derive(Debug, Clone, Copy)]
@@ -59,6 +60,11 @@ pub trait PairTerm: Send + Sync {
     fn bytes(&self) -> usize {
         0
     }
+
+    /// The longest step in which the term is stable, seconds, and what limits it.
+    fn longest_step(&self, _particles: &Particles) -> Option<StepLimit> {
+        None
+    }
 }
 
 /// A term that may not be there: the branch goes the same way for every pair of a run.
@@ -91,6 +97,10 @@ impl<P: PairTerm> PairTerm for Option<P> {
 
     fn bytes(&self) -> usize {
         self.as_ref().map_or(0, PairTerm::bytes)
+    }
+
+    fn longest_step(&self, particles: &Particles) -> Option<StepLimit> {
+        self.as_ref().and_then(|term| term.longest_step(particles))
     }
 }
 
@@ -126,6 +136,11 @@ impl<A: PairTerm, B: PairTerm> PairTerm for (A, B) {
     fn bytes(&self) -> usize {
         self.0.bytes() + self.1.bytes()
     }
+
+    fn longest_step(&self, particles: &Particles) -> Option<StepLimit> {
+        let limits = [self.0.longest_step(particles), self.1.longest_step(particles)];
+        limits.into_iter().flatten().reduce(StepLimit::or)
+    }
 }
 
 /// The stage that walks once over all pairs within a radius, for all its terms.
@@ -151,6 +166,10 @@ impl<C: CandidateSearch, T: DistanceTest, P: PairTerm> Stage<C, T> for PairPass<
 
     fn bytes(&self) -> usize {
         self.term.bytes()
+    }
+
+    fn longest_step(&self, state: &State<C>) -> Option<StepLimit> {
+        self.term.longest_step(&state.particles)
     }
 }
 

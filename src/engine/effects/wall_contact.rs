@@ -7,23 +7,18 @@
 //! `(u_i - u_j) . n_j < 0`, then `u_i -= ((u_i - u_j) . n_j) n_j`, one wall particle after another. The wall goes on as it
 //! does and gives nothing back. All new velocities take effect together: `x_i += (u_new - u_old) dt`, `u = u_new`, as in a collision.
 //!
-//! `n_j` is the direction of `-sum_k w(r_jk, re_n) r_jk` over the solid particles `k` (walls and dummy walls) within
-//! `re_n`. A particle has one where that sum is longer than a share of `l0 sum_k w`: the first layer, its edges and its
-//! rim. Our own model, after the usual way to find surfaces from particles.
+//! `engine::facing` says what `n_j` is. Our own model.
 
 use crate::base::parallel::{FirstIndex, Rows};
-use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, is_finite, scale, sub};
+use crate::base::vec3::{Vec3, ZERO, add_scaled, dot, is_finite, sub};
 use crate::engine::effects::motion::take_over;
 use crate::engine::error::SimulationError;
-use crate::engine::kernel::weight;
+use crate::engine::facing::Facing;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Stage, State};
-
-/// `|sum w r| / (l0 sum w)` above which a wall particle is on a surface: 0 inside a wall of whole layers.
-const SURFACE: f64 = 0.12;
 
 /// How far a wall particle's piece of the plane reaches, in particle distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,30 +50,6 @@ pub struct WallContacts {
     velocity_after: Vec<Vec3>,
 }
 
-/// What makes a normal.
-#[derive(Debug, Clone, Copy)]
-struct Facing {
-    radius_m: f64,
-    /// `SURFACE l0`, metres.
-    least_m: f64,
-}
-
-impl Facing {
-    /// The unit normal of wall particle `i`; zero where it is not on a surface.
-    fn normal<C: CandidateSearch, T: DistanceTest>(self, state: &State<C>, i: usize) -> Vec3 {
-        let (mut toward, mut total) = (ZERO, 0.0);
-        state.neighborhood().for_each_neighbor::<T>(i, self.radius_m, |j, r_ij, r| {
-            if matches!(state.particles.kind[j], Kind::Wall | Kind::DummyWall) {
-                let w = weight(r, self.radius_m);
-                toward = add_scaled(toward, w, r_ij);
-                total += w;
-            }
-        });
-        let length = dot(toward, toward).sqrt();
-        if length > self.least_m * total { scale(-1.0 / length, toward) } else { ZERO }
-    }
-}
-
 impl WallContacts {
     pub fn new<C: CandidateSearch>(contact: WallContact, parameters: &Parameters, state: &State<C>) -> Self {
         let l0 = parameters.particle_distance_m;
@@ -86,7 +57,7 @@ impl WallContacts {
             height_m: contact.height * l0,
             reach_m: contact.reach * l0,
             radius_m: contact.radius() * l0,
-            facing: Facing { radius_m: parameters.number_density_radius_m(), least_m: SURFACE * l0 },
+            facing: Facing::new(parameters),
             normal: state.workers.column(state.particles.len(), ZERO),
             normals_known: false,
             velocity_after: state.workers.column(state.particles.len(), ZERO),

@@ -60,7 +60,7 @@ pub struct CgInfo {
 /// Why a solve gave no solution.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CgError {
-    #[error("the pressure matrix is not positive definite (d.Ad = {curvature:e} in iteration {iteration})")]
+    #[error("the matrix is not positive definite (d.Ad = {curvature:e} in iteration {iteration})")]
     NotPositiveDefinite { curvature: f64, iteration: usize },
     #[error(
         "the conjugate gradient method did not converge: relative residual {residual:e} after {iterations} iterations; \
@@ -259,7 +259,7 @@ fn blocked_dot(a: &[f64], b: &[f64], partial: &mut [f64], team: Team<'_>) -> f64
 }
 
 /// `a . b` in eight interleaved strands, which the compiler may keep in vector registers.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a8, a_rest), (b8, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut strand = [0.0; 8];
     for (a, b) in a8.iter().zip(b8) {

@@ -159,6 +159,13 @@ impl SparseMatrix {
         &self.columns[self.start[row]..self.start[row] + self.len[row] as usize]
     }
 
+    /// The columns and values of a row's entries beside the diagonal.
+    #[inline]
+    pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
+        let range = self.start[row]..self.start[row] + self.len[row] as usize;
+        (&self.columns[range.clone()], &self.values[range])
+    }
+
     /// `(A x)_row`, summed in four interleaved strands: the same order whoever computes it.
     #[inline]
     pub fn row_product(&self, row: usize, x: &[f64]) -> f64 {

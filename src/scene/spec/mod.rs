@@ -191,6 +191,7 @@ impl Scene {
         check.not_negative("domain.margin_m", self.domain.margin_m)?;
         check.not_negative("domain.headroom_m", self.domain.headroom_m)?;
         self.effects.check(check, self)?;
+        self.check_groups(check)?;
         self.check_motions(check)?;
         self.check_bodies(check)?;
         if let Some(boundaries) = &self.effects.flow_boundaries {
@@ -219,7 +220,8 @@ impl Scene {
         let single = (self.geometry.particle.len() + self.reserve()) as f64;
         let points = self.geometry.lattice_points(&self.placement(file)) + single;
         let buckets = self.buckets();
-        let bytes = points * BYTES_PER_PARTICLE as f64 + buckets * BYTES_PER_BUCKET as f64;
+        let per_particle = BYTES_PER_PARTICLE + self.effects.more_bytes_per_particle();
+        let bytes = points * per_particle as f64 + buckets * BYTES_PER_BUCKET as f64;
         let needed = bytes * copies as f64;
         let gib = f64::from(1 << 30);
         Check { file }.require(
@@ -287,6 +289,26 @@ impl Scene {
                 particle.concentration = own(&concentrations, particle.group).unwrap_or(scalar.initial);
             }
         }
+    }
+
+    /// Refuses groups that effects name and the scene does not.
+    fn check_groups(&self, check: Check<'_>) -> Result<(), InputError> {
+        for (k, group) in self.group.iter().enumerate() {
+            if let Some(value) = group.kinematic_viscosity_m2_s {
+                check.not_negative(&format!("group[{k}].kinematic_viscosity_m2_s"), value)?;
+            }
+        }
+        if let Some(name) = self.effects.rheology.as_ref().and_then(|rheology| rheology.group.as_ref()) {
+            let known = self.group.iter().map(|group| group.name.clone()).collect::<Vec<_>>();
+            let allowed = format!("allowed are the names of `[[group]]` tables: {}", known.join(", "));
+            check.require(known.contains(name), "effects.rheology.group", format!("`{name}`"), allowed)?;
+        }
+        Ok(())
+    }
+
+    /// The number of a group, if particles may belong to it.
+    pub fn group_number(&self, name: &str) -> Option<u8> {
+        self.group_names().iter().position(|known| known == name).and_then(|k| u8::try_from(k).ok())
     }
 
     /// The groups by number; the first is that of particles whose region names none.

@@ -81,7 +81,7 @@ pub fn rotating_cup(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
         spin_up_s: 1.0,
         ..Frame::default()
     };
-    let viscosity = Viscosity { kinematic_viscosity_m2_s: 2e-3 };
+    let viscosity = Viscosity::uniform(2e-3);
     let effects = Effects { frame: Some(frame), viscosity: Some(viscosity), ..plane::water_effects() };
     let dt = 0.06 * l0 / (G * depth_m).sqrt();
     let parameters = plane::parameters(l0, dt, &particles, 0.2, effects);

@@ -188,7 +188,7 @@ fn sway(l0: f64, moving_tank: bool, end_s: f64) -> Result<Vec<f64>, String> {
     let mut particles = plane::walls(l0, columns, columns, 1);
     particles.extend(plane::fluid(l0, 0..columns, |_| depth_m));
     let omega = TAU * frequency_hz;
-    let viscosity = Viscosity { kinematic_viscosity_m2_s: 5e-3 };
+    let viscosity = Viscosity::uniform(5e-3);
     let mut effects = Effects { viscosity: Some(viscosity), ..plane::water_effects() };
     if moving_tank {
         let (amplitude_m, phase_rad) = ([a, 0.0, 0.0], -FRAC_PI_2);

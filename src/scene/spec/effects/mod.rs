@@ -9,8 +9,10 @@ mod gravity;
 pub mod heat;
 mod pressure;
 mod pressure_options;
+mod rheology;
 pub mod rigid_bodies;
 pub mod scalar;
+mod turbulence;
 mod viscosity;
 mod wall_contact;
 pub mod wall_motion;
@@ -87,6 +89,12 @@ effects! {
     heat: heat::HeatSpec,
     /// A passive scalar that diffuses.
     scalar: scalar::ScalarSpec,
+    /// Viscosity that limits no step, implicit in time.
+    implicit_viscosity: viscosity::ImplicitViscositySpec,
+    /// A viscosity that depends on the shear rate: power-law, Bingham and other generalised Newtonian fluids.
+    rheology: rheology::RheologySpec,
+    /// Eddy viscosity below the particle distance (Smagorinsky).
+    turbulence: turbulence::TurbulenceSpec,
     /// Particles that come too close collide.
     collision: collision::CollisionSpec,
     /// Fluid does not pass the plane of a wall's surface.
@@ -103,36 +111,59 @@ effects! {
     rigid_bodies: rigid_bodies::RigidBodiesSpec,
 }
 
-/// An effect and one that it cannot be without, with the reason.
-const NEEDS: [(&str, &str, &str); 2] = [
-    ("buoyancy", "heat", "fluid rises by its temperature"),
-    ("buoyancy", "gravity", "fluid rises against gravity"),
+/// An effect and those of which it cannot be without one, with the reason.
+const NEEDS: [(&str, &[&str], &str); 4] = [
+    ("buoyancy", &["heat"], "fluid rises by its temperature"),
+    ("buoyancy", &["gravity"], "fluid rises against gravity"),
+    ("rheology", &VISCOSITIES, "a shear rate makes a viscosity, and another effect its force"),
+    ("turbulence", &VISCOSITIES, "eddies add to a viscosity, and another effect is its force"),
 ];
 
+const VISCOSITIES: [&str; 2] = ["viscosity", "implicit_viscosity"];
+
 /// Two effects that exclude each other, with the reason.
-const EXCLUDES: [(&str, &str, &str); 0] = [];
+const EXCLUDES: [(&str, &str, &str); 1] =
+    [("viscosity", "implicit_viscosity", "viscosity is computed once, explicitly or implicitly")];
 
 impl EffectsSpec {
     /// An effect of `named` with those that cannot be without it, in the order of the list.
     pub fn with_dependents(effect: &str, named: &[&'static str]) -> Vec<&'static str> {
         let mut gone: Vec<&str> = vec![effect];
-        while let Some((dependent, _, _)) =
-            NEEDS.iter().find(|(dependent, needed, _)| gone.contains(needed) && !gone.contains(dependent))
-        {
-            gone.push(dependent);
-        }
+        let lost = |gone: &mut Vec<&str>| {
+            let is_left = |name: &&str| named.contains(name) && !gone.contains(name);
+            let next = NEEDS
+                .iter()
+                .find(|(dependent, needed, _)| is_left(dependent) && !needed.iter().any(|n| is_left(&n)));
+            next.map(|(dependent, _, _)| gone.push(dependent)).is_some()
+        };
+        while lost(&mut gone) {}
         named.iter().copied().filter(|name| gone.contains(name)).collect()
     }
 
     /// An effect of `named` with those that it needs, in the order of the list.
     pub fn with_needs(effect: &str, named: &[&'static str]) -> Vec<&'static str> {
         let mut kept: Vec<&str> = vec![effect];
-        while let Some((_, needed, _)) =
-            NEEDS.iter().find(|(dependent, needed, _)| kept.contains(dependent) && !kept.contains(needed))
-        {
-            kept.push(needed);
-        }
+        let asked = |kept: &mut Vec<&str>| {
+            let is_kept = |name: &&str| kept.contains(name);
+            let next = NEEDS
+                .iter()
+                .find(|(dependent, needed, _)| is_kept(dependent) && !needed.iter().any(|n| is_kept(&n)));
+            let needed =
+                next.and_then(|(_, needed, _)| needed.iter().copied().find(|name| named.contains(name)));
+            needed.map(|name| kept.push(name)).is_some()
+        };
+        while asked(&mut kept) {}
         named.iter().copied().filter(|name| kept.contains(name)).collect()
+    }
+
+    /// An upper estimate of what effects with a matrix of their own take beyond `BYTES_PER_PARTICLE`, bytes a particle: as
+    /// many entries as the pressure's matrix has, or three times as many.
+    pub(super) fn more_bytes_per_particle(&self) -> usize {
+        use viscosity::FormSpec;
+        self.implicit_viscosity.as_ref().map_or(0, |viscosity| match viscosity.form {
+            FormSpec::Laplacian => 2500,
+            FormSpec::AngularMomentum => 7000,
+        })
     }
 
     /// Refuses effects without what they need, and those that contradict each other.
@@ -140,9 +171,11 @@ impl EffectsSpec {
         let named = self.named();
         let is_named = |name: &str| named.contains(&name);
         for (effect, needed, why) in NEEDS {
-            let allowed = format!("{why}: name `effects.{needed}` as well, or leave this one out");
-            let key = format!("effects.{effect}");
-            check.require(!is_named(effect) || is_named(needed), &key, "named alone", allowed)?;
+            let tables =
+                needed.iter().map(|name| format!("`effects.{name}`")).collect::<Vec<_>>().join(" or ");
+            let allowed = format!("{why}: name {tables} as well, or leave this one out");
+            let any = needed.iter().any(|name| is_named(name));
+            check.require(!is_named(effect) || any, &format!("effects.{effect}"), "named alone", allowed)?;
         }
         for (one, other, why) in EXCLUDES {
             let allowed = format!("{why}: leave one of them out");
@@ -159,8 +192,20 @@ mod tests {
 
     #[test]
     fn prerequisites_and_contradictions_name_effects() {
-        for (one, other, _) in NEEDS.iter().chain(&EXCLUDES) {
-            assert!(EffectsSpec::NAMES.contains(one) && EffectsSpec::NAMES.contains(other), "{one}, {other}");
+        let excluded = EXCLUDES.iter().flat_map(|(one, other, _)| [*one, *other]);
+        let needed = NEEDS.iter().flat_map(|(effect, needed, _)| needed.iter().copied().chain([*effect]));
+        for name in excluded.chain(needed) {
+            assert!(EffectsSpec::NAMES.contains(&name), "{name}");
         }
+    }
+
+    #[test]
+    fn effects_leave_with_what_they_need_and_come_with_it() {
+        let named = ["gravity", "buoyancy", "viscosity", "heat", "rheology"];
+        assert_eq!(EffectsSpec::with_dependents("heat", &named), ["buoyancy", "heat"]);
+        assert_eq!(EffectsSpec::with_dependents("viscosity", &named), ["viscosity", "rheology"]);
+        assert_eq!(EffectsSpec::with_dependents("buoyancy", &named), ["buoyancy"]);
+        assert_eq!(EffectsSpec::with_needs("buoyancy", &named), ["gravity", "buoyancy", "heat"]);
+        assert_eq!(EffectsSpec::with_needs("rheology", &named), ["viscosity", "rheology"]);
     }
 }
