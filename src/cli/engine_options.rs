@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 
 use crate::base::input::InputError;
 use crate::base::parallel::{MAX_THREADS, Schedule, Workers};
-use crate::engine::preset::{Options, Preset, Test};
+use crate::engine::preset::{Options, PairTerms, Preset, Test};
 use crate::engine::pressure::conjugate_gradient::CgMode;
 use crate::engine::pressure::matrix::Storage;
 use crate::experiment::pinning::pin_order;
@@ -16,7 +16,7 @@ use crate::experiment::record::{checked_buckets, checked_tolerance};
 #[derive(Debug, Args)]
 pub struct EngineOptions {
     /// Set of options by name; see `repro list`
-    #[arg(long, default_value = Preset::PAPER_AOS_RELOCATION.name())]
+    #[arg(long, default_value = Preset::GENERAL.name())]
     preset: Preset,
     /// Worker threads
     #[arg(long, default_value_t = 1)]
@@ -27,15 +27,18 @@ pub struct EngineOptions {
     /// Pin threads to cores: one a physical core before any sibling
     #[arg(long, value_enum, default_value_t = Pin::Off)]
     pin: Pin,
-    /// How distances are compared: sqrt (the paper's) or squared [default: the preset's, sqrt]
+    /// How distances are compared: sqrt (the paper's) or squared [default: the preset's]
     #[arg(long)]
     distance_test: Option<Test>,
     /// Buckets side by side that are as long as the largest radius, 1 to 4: a walk visits 27, 125, 343 or 729
     #[arg(long, default_value_t = 1)]
     buckets_per_radius: usize,
-    /// Matrix storage: ell or csr [default: the preset's, ell]
+    /// Matrix storage: ell or csr [default: the preset's]
     #[arg(long)]
     storage: Option<Storage>,
+    /// Walks over the pairs of one radius: shared by all effects, or separate [default: the preset's]
+    #[arg(long)]
+    pair_terms: Option<PairTerms>,
     /// Who runs the conjugate gradient method
     #[arg(long, value_enum, default_value_t = Cg::Parallel)]
     cg: Cg,
@@ -69,6 +72,7 @@ impl EngineOptions {
         options.distance_test = self.distance_test.unwrap_or(options.distance_test);
         options.buckets_per_radius = checked_buckets("command line", self.buckets_per_radius)?;
         options.storage = self.storage.unwrap_or(options.storage);
+        options.pair_terms = self.pair_terms.unwrap_or(options.pair_terms);
         options.cg.mode = match self.cg {
             Cg::Serial => CgMode::Serial,
             Cg::Parallel => CgMode::Parallel,

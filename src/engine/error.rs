@@ -31,3 +31,17 @@ pub enum SimulationError {
     #[error("step {step}, phase implicit_viscosity: {source}")]
     Viscosity { step: usize, source: CgError },
 }
+
+impl SimulationError {
+    /// The kind in a word, as records and experiments name it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            SimulationError::Coincident { .. } => "coincident",
+            SimulationError::NotFinite { .. } => "not_finite",
+            SimulationError::StepTooShort { .. } => "step_too_short",
+            SimulationError::ReserveExhausted { .. } => "reserve_exhausted",
+            SimulationError::Solver { .. } => "solver",
+            SimulationError::Viscosity { .. } => "viscosity",
+        }
+    }
+}

@@ -17,6 +17,7 @@ pub mod preset;
 pub mod pressure;
 pub mod rotation;
 pub mod search;
+pub mod shared_walk;
 pub mod simulation;
 pub mod stage;
 pub mod terms;

@@ -35,16 +35,27 @@ pub struct Options {
     pub storage: Storage,
     pub schedule: Schedule,
     pub cg: CgParams,
+    pub pair_terms: PairTerms,
+}
+
+/// How often the pairs of one radius are walked for the explicit forces and rates of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PairTerms {
+    /// Once for each effect, as the textbook's separate passes are.
+    Separate,
+    /// Once for all effects of that radius.
+    Shared,
 }
 
 /// The most buckets that a radius may reach across: a walk then visits 729.
 pub const MAX_BUCKETS_PER_RADIUS: usize = 4;
 
-/// The searches by preset name. The paper's two differ in this one field.
-const PRESETS: [(&str, Search); 3] = [
+/// The searches by preset name. The paper's two differ in this one field; `general` is for scenes of other effects.
+const PRESETS: [(&str, Search); 4] = [
     ("paper-linked-list", Search::LinkedList),
     ("paper-aos-relocation", Search::AosRelocation),
     ("brute-force", Search::BruteForce),
+    ("general", Search::AosRelocation),
 ];
 
 /// A named set of options.
@@ -54,6 +65,8 @@ pub struct Preset(usize);
 impl Preset {
     pub const PAPER_LINKED_LIST: Preset = Preset(0);
     pub const PAPER_AOS_RELOCATION: Preset = Preset(1);
+    /// Relocation with squared distances, packed rows and one walk for all explicit pair terms of a radius.
+    pub const GENERAL: Preset = Preset(3);
     /// The two that the paper compares.
     pub const PAPER: [Preset; 2] = [Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION];
 
@@ -67,13 +80,36 @@ impl Preset {
 
     /// The preset's options: what the paper states or, where it is silent, what ARCHITECTURE.md says.
     pub fn options(self) -> Options {
+        let general = self == Preset::GENERAL;
         Options {
             search: PRESETS[self.0].1,
-            distance_test: Test::Sqrt,
+            distance_test: if general { Test::Squared } else { Test::Sqrt },
             buckets_per_radius: NonZeroUsize::MIN,
-            storage: Storage::Ell,
+            storage: if general { Storage::Csr } else { Storage::Ell },
             schedule: Schedule::Dynamic(const { std::num::NonZeroUsize::new(64).unwrap() }),
             cg: CgParams::default(),
+            pair_terms: if general { PairTerms::Shared } else { PairTerms::Separate },
+        }
+    }
+}
+
+impl fmt::Display for PairTerms {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            PairTerms::Separate => "separate",
+            PairTerms::Shared => "shared",
+        })
+    }
+}
+
+impl FromStr for PairTerms {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "separate" => Ok(PairTerms::Separate),
+            "shared" => Ok(PairTerms::Shared),
+            _ => Err(format!("`{text}` is no way to walk: allowed are `separate` or `shared`")),
         }
     }
 }

@@ -26,6 +26,7 @@ use crate::engine::search::grid::{BadDomain, Grid};
 use crate::engine::search::linked_list::LinkedList;
 use crate::engine::search::periodic::Periodic;
 use crate::engine::search::{CandidateSearch, DistanceTest, RootFirst, SquaredFirst};
+use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::{Stage, State};
 use crate::engine::time_step::{Adaptive, StepLimit};
 use crate::engine::viscous_stages;
@@ -52,19 +53,27 @@ fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     if let Some(buoyancy) = effects.buoyancy {
         stages.push(Box::new(buoyancy));
     }
-    if let Some(heat) = &effects.heat {
-        stages.push(diffusion::stage::<C, T>(Carried::Temperature, heat, parameters));
-        stages.push(Box::new(Advance::new(Carried::Temperature, heat, parameters)));
+    let shared = SharedWalk::of(parameters, options);
+    if !shared.viscosity && !shared.is_empty() {
+        stages.push(shared.stage(parameters));
     }
-    if let Some(scalar) = &effects.scalar {
+    if let Some(heat) = effects.heat.as_ref().filter(|_| !shared.temperature) {
+        stages.push(diffusion::stage::<C, T>(Carried::Temperature, heat, parameters));
+    }
+    if let Some(scalar) = effects.scalar.as_ref().filter(|_| !shared.concentration) {
         stages.push(diffusion::stage::<C, T>(Carried::Concentration, scalar, parameters));
-        stages.push(Box::new(Advance::new(Carried::Concentration, scalar, parameters)));
     }
     if let Some(frame) = &effects.frame {
         let (frame, dimensions) = (frame.clone(), parameters.dimensions);
         stages.push(Box::new(FrameAcceleration { frame, dimensions }));
     }
-    stages.extend(viscous_stages::stages::<C, T>(parameters, options));
+    stages.extend(viscous_stages::stages::<C, T>(parameters, options, shared));
+    if let Some(heat) = &effects.heat {
+        stages.push(Box::new(Advance::new(Carried::Temperature, heat, parameters)));
+    }
+    if let Some(scalar) = &effects.scalar {
+        stages.push(Box::new(Advance::new(Carried::Concentration, scalar, parameters)));
+    }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
         stages.push(Box::new(Collisions::new(collision, parameters, state)));

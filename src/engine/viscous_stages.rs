@@ -10,6 +10,7 @@ use crate::engine::particles::Particles;
 use crate::engine::phase::Phase;
 use crate::engine::preset::Options;
 use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::Stage;
 use crate::engine::terms::PairPass;
 use crate::engine::viscous::{Form, Walls};
@@ -41,6 +42,7 @@ pub fn add_columns(particles: &mut Particles, parameters: &Parameters, workers: 
 pub fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     parameters: &Parameters,
     options: &Options,
+    shared: SharedWalk,
 ) -> Vec<Box<dyn Stage<C, T>>> {
     let Some((newtonian, walls)) = viscosity(parameters) else {
         return Vec::new();
@@ -50,7 +52,11 @@ pub fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
         stages.push(Box::new(StrainRate::new(Law::new(newtonian.clone(), parameters), parameters)));
     }
     if let Some(viscosity) = &parameters.effects.viscosity {
-        stages.push(explicit(viscosity, parameters));
+        stages.push(if shared.viscosity {
+            shared.stage(parameters)
+        } else {
+            explicit(viscosity, parameters)
+        });
     }
     if walls == Walls::Mirrored && !stages.is_empty() {
         stages = vec![Box::new(NoSlipWalls::new(stages, parameters))];
@@ -62,20 +68,33 @@ pub fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     stages
 }
 
+/// The explicit force: the textbook's term where the viscosity is the same everywhere, or the general one.
+#[derive(Debug)]
+pub enum ExplicitTerm {
+    Uniform(ExplicitViscosity),
+    Variable(PairViscosity),
+}
+
+/// The term that a viscosity needs.
+pub fn explicit_term(viscosity: &Viscosity, parameters: &Parameters) -> ExplicitTerm {
+    let uniform = viscosity.kinematic_viscosity_m2_s.uniform();
+    match uniform.filter(|_| viscosity.form == Form::Laplacian && !follows_the_flow(parameters)) {
+        Some(uniform_m2_s) => ExplicitTerm::Uniform(ExplicitViscosity::new(uniform_m2_s, parameters)),
+        None => {
+            let uniform_m2_s = uniform.unwrap_or(0.0);
+            ExplicitTerm::Variable(PairViscosity::new(viscosity.form, uniform_m2_s, parameters))
+        }
+    }
+}
+
+/// The force in a walk of its own.
 fn explicit<C: CandidateSearch, T: DistanceTest>(
     viscosity: &Viscosity,
     parameters: &Parameters,
 ) -> Box<dyn Stage<C, T>> {
     let (radius_m, phase) = (parameters.laplacian_radius_m(), Phase::Viscosity);
-    let uniform = viscosity.kinematic_viscosity_m2_s.uniform();
-    match uniform.filter(|_| viscosity.form == Form::Laplacian && !follows_the_flow(parameters)) {
-        Some(uniform_m2_s) => {
-            let term = ExplicitViscosity::new(uniform_m2_s, parameters);
-            Box::new(PairPass { term, radius_m, phase })
-        }
-        None => {
-            let term = PairViscosity::new(viscosity.form, uniform.unwrap_or(0.0), parameters);
-            Box::new(PairPass { term, radius_m, phase })
-        }
+    match explicit_term(viscosity, parameters) {
+        ExplicitTerm::Uniform(term) => Box::new(PairPass { term, radius_m, phase }),
+        ExplicitTerm::Variable(term) => Box::new(PairPass { term, radius_m, phase }),
     }
 }

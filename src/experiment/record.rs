@@ -75,6 +75,7 @@ impl Variant {
         self.memory_order(file)?;
         Ok(Options {
             search: preset.options().search,
+            pair_terms: preset.options().pair_terms,
             distance_test: self.distance_test.parse().map_err(|e| wrong("distance_test", e))?,
             buckets_per_radius: checked_buckets(file, self.buckets_per_radius)?,
             storage: self.storage.parse().map_err(|e| wrong("storage", e))?,

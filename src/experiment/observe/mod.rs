@@ -83,7 +83,7 @@ pub fn run(request: &ObserveRequest) -> Result<Observation> {
     Ok(Observation {
         threads_observed,
         particles: initial.len(),
-        ended: error.as_ref().map_or(Observation::COMPLETED, kind_of).to_string(),
+        ended: error.as_ref().map_or(Observation::COMPLETED, SimulationError::kind).to_string(),
         error: error.as_ref().map(ToString::to_string).unwrap_or_default(),
         steps: watch.steps_done,
         time_step_s: parameters.time_step_s,
@@ -92,14 +92,4 @@ pub fn run(request: &ObserveRequest) -> Result<Observation> {
         digest: end_digest,
         front: watch.front.samples,
     })
-}
-
-fn kind_of(error: &SimulationError) -> &'static str {
-    match error {
-        SimulationError::Coincident { .. } => "coincident",
-        SimulationError::NotFinite { .. } => "not_finite",
-        SimulationError::StepTooShort { .. } => "step_too_short",
-        SimulationError::ReserveExhausted { .. } => "reserve_exhausted",
-        SimulationError::Solver { .. } => "solver",
-    }
 }

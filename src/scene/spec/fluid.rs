@@ -45,7 +45,10 @@ impl Fluid {
 impl Scene {
     pub fn kinematic_viscosity_m2_s(&self) -> Option<f64> {
         let explicit = self.effects.viscosity.as_ref().map(|table| table.kinematic_viscosity_m2_s);
-        explicit.or(self.fluid.kinematic_viscosity_m2_s)
+        let implicit = self.effects.implicit_viscosity.as_ref().map(|table| table.kinematic_viscosity_m2_s);
+        let plastic = self.effects.rheology.as_ref().and_then(|table| table.plastic_viscosity_pa_s);
+        let plastic = plastic.map(|viscosity| viscosity / self.fluid.density_kg_m3);
+        plastic.or(explicit).or(implicit).or(self.fluid.kinematic_viscosity_m2_s)
     }
 
     pub fn surface_tension_n_m(&self) -> Option<f64> {
@@ -66,7 +69,7 @@ impl Scene {
     }
 
     pub fn yield_stress_pa(&self) -> Option<f64> {
-        None
+        self.effects.rheology.as_ref().and_then(|table| table.yield_stress_pa)
     }
 
     /// The fastest that walls, inflows or the frame drive the fluid, an order of magnitude, metres per second.
