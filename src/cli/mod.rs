@@ -81,7 +81,7 @@ enum Verb {
     Simulate(Box<simulate::Simulate>),
     /// Takes a scene's effects apart: what each costs, and what it changes.
     Effects(Box<effects::Effects>),
-    /// Prints the JSON Schema of experiment files.
+    /// Prints the JSON Schema of experiment or scene files.
     Schema(schema::Schema),
     /// Prints a shell's completions of this command.
     Completions(completions::Completions),

@@ -6,8 +6,9 @@ use crate::base::input::InputError;
 use crate::scene::Scene;
 
 /// Name and text of each scene.
-const SCENES: [(&str, &str); 11] = [
+const SCENES: &[(&str, &str)] = &[
     ("dam-break", include_str!("../../experiments/scenes/dam-break.toml")),
+    ("dam-break-obstacle", include_str!("../../experiments/scenes/dam-break-obstacle.toml")),
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),
     ("falling-block", include_str!("../../experiments/scenes/falling-block.toml")),
     ("lone-particle", include_str!("../../experiments/scenes/lone-particle.toml")),

@@ -72,6 +72,9 @@ fn surface_tension(scales: &Scales, named: &[&str]) -> Advice {
 /// The temperature is needed by whoever asks for it; without a difference there is nothing to conduct.
 fn heat(scales: &Scales, named: &[&str]) -> Advice {
     let is_named = named.contains(&"heat");
+    if !is_named && scales.temperature_difference_k.is_none() {
+        return advice("heat", false, Vec::new(), Some(0.0), "no temperatures: nothing to conduct");
+    }
     let Some(diffusivity) = scales.thermal_diffusivity_m2_s.filter(|a| *a > 0.0) else {
         let key = "fluid.thermal_diffusivity_m2_s";
         return advice("heat", is_named, Vec::new(), None, missing(key));
