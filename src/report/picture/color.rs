@@ -37,6 +37,9 @@ const VIRIDIS: [[u8; 3]; 33] = [
     [253, 231, 37],
 ];
 
+/// Rigid bodies: a colour that viridis does not have (vermilion of Okabe & Ito).
+pub const BODY: [u8; 3] = [213, 94, 0];
+
 /// The colour of a share from 0 to 1, interpolated linearly between those of the table. What is no number has the first.
 pub fn viridis(share: f64) -> [u8; 3] {
     let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };

@@ -98,6 +98,11 @@ impl Painter {
             let [x, y, depth] = self.camera.project(particles.position[i]);
             canvas.fluid(&Ball { x, y, depth, radius }, color::viridis(range.share(value)));
         }
+        let bodies = (0..particles.len()).filter(|&i| particles.kind[i] == Kind::Body);
+        for i in bodies {
+            let [x, y, depth] = self.camera.project(particles.position[i]);
+            canvas.fluid(&Ball { x, y, depth, radius }, color::BODY);
+        }
         let image = if self.planar { canvas.flat() } else { canvas.solid() };
         let mut image = image.context("the picture would be empty")?;
         let labels = Labels {
