@@ -6,13 +6,14 @@ use crate::base::input::InputError;
 use crate::scene::Scene;
 
 /// Name and text of each scene.
-const SCENES: [(&str, &str); 6] = [
+const SCENES: [(&str, &str); 7] = [
     ("dam-break", include_str!("../../experiments/scenes/dam-break.toml")),
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),
     ("falling-block", include_str!("../../experiments/scenes/falling-block.toml")),
     ("lone-particle", include_str!("../../experiments/scenes/lone-particle.toml")),
     ("leaver", include_str!("../../experiments/scenes/leaver.toml")),
     ("coincident-pair", include_str!("../../experiments/scenes/coincident-pair.toml")),
+    ("mud-flow", include_str!("../../experiments/scenes/mud-flow.toml")),
 ];
 
 /// The names of all embedded scenes.
