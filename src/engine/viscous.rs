@@ -156,6 +156,71 @@ pub fn harmonic_mean(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::parameters::{Domain, Effects, Radii};
+
+    fn parameters(dimensions: Dimensions, laplacian: f64) -> Parameters {
+        Parameters {
+            dimensions,
+            particle_distance_m: 0.5,
+            time_step_s: 1.0,
+            adaptive: None,
+            density_kg_m3: 1.0,
+            radii: Radii { number_density: 2.1, gradient: 2.1, laplacian },
+            domain: Domain::new([0.0; 3], [1.0; 3]),
+            groups: Vec::new(),
+            effects: Effects::default(),
+        }
+    }
+
+    /// The force along x that a particle at the origin of the lattice feels in the flow `u`.
+    fn force(form: Form, parameters: &Parameters, u: impl Fn(Vec3) -> Vec3) -> f64 {
+        let force = PairForce::new(form, parameters);
+        let reach_z = if parameters.dimensions == Dimensions::Two { 0 } else { 4 };
+        let mut sum = 0.0;
+        for ix in -4..=4 {
+            for iy in -4..=4 {
+                for iz in -reach_z..=reach_z {
+                    let x = [ix, iy, iz].map(|i| 0.5 * f64::from(i));
+                    let r = dot(x, x).sqrt();
+                    if r > 0.0 && r < force.radius_m {
+                        sum += force.coefficient(r, weight(r, force.radius_m)) * force.part(u(x), x, r)[0];
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    /// `laplacian u` of a shear and, in the angular-momentum form, `laplacian u + 2 grad div u` of a stretching.
+    #[test]
+    fn both_forms_are_exact_for_parabolas_on_the_lattice() {
+        for (dimensions, radius) in [
+            (Dimensions::Two, 3.1),
+            (Dimensions::Two, 2.1),
+            (Dimensions::Three, 3.1),
+            (Dimensions::Three, 2.1),
+        ] {
+            let parameters = parameters(dimensions, radius);
+            let shear = |x: Vec3| [3.0 * x[1] * x[1], 0.0, 0.0];
+            let stretch = |x: Vec3| [3.0 * x[0] * x[0], 0.0, 0.0];
+            for (form, expected) in [(Form::Laplacian, [6.0, 6.0]), (Form::AngularMomentum, [6.0, 18.0])] {
+                let found = [force(form, &parameters, shear), force(form, &parameters, stretch)];
+                let close = found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-10);
+                assert!(close, "{dimensions:?}, {radius}, {form:?}: {found:?}");
+            }
+        }
+        let narrow = parameters(Dimensions::Two, 2.4);
+        assert!((force(Form::AngularMomentum, &narrow, |x| [x[1] * x[1], 0.0, 0.0]) - 2.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn rigid_rotation_feels_no_central_force_and_the_limit_is_gershgorins() {
+        let parameters = parameters(Dimensions::Two, 3.1);
+        assert!(force(Form::AngularMomentum, &parameters, |x| [-x[1], x[0], 0.0]).abs() < 1e-14);
+        let limit = PairForce::new(Form::Laplacian, &parameters).longest_step_s(2.0);
+        let lambda = parameters.reference(parameters.laplacian_radius_m()).lambda_m2;
+        assert!((limit / (lambda / 8.0) - 1.0).abs() < 1e-14, "{limit} {lambda}");
+    }
 
     #[test]
     fn the_harmonic_mean_of_equals_is_exact_and_zero_blocks() {

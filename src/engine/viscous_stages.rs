@@ -30,11 +30,11 @@ fn follows_the_flow(parameters: &Parameters) -> bool {
 /// Adds a column of viscosities where they differ, with those of a fluid at rest: an explicit step from rest must be as
 /// short as those ask for.
 pub fn add_columns(particles: &mut Particles, parameters: &Parameters, workers: &Workers) {
-    if let Some((newtonian, _)) = viscosity(parameters) {
-        if follows_the_flow(parameters) || newtonian.uniform().is_none() {
-            let law = Law::new(newtonian.clone(), parameters);
-            particles.add_viscosity(|group| law.viscosity_m2_s(group, 0.0), workers);
-        }
+    if let Some((newtonian, _)) = viscosity(parameters)
+        && (follows_the_flow(parameters) || newtonian.uniform().is_none())
+    {
+        let law = Law::new(newtonian.clone(), parameters);
+        particles.add_viscosity(|group| law.viscosity_m2_s(group, 0.0), workers);
     }
 }
 

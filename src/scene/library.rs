@@ -7,6 +7,7 @@ use crate::scene::Scene;
 
 /// Name and text of each scene.
 const SCENES: &[(&str, &str)] = &[
+const SCENES: [(&str, &str); 7] = [
     ("dam-break", include_str!("../../experiments/scenes/dam-break.toml")),
     ("dam-break-obstacle", include_str!("../../experiments/scenes/dam-break-obstacle.toml")),
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),
@@ -19,6 +20,7 @@ const SCENES: &[(&str, &str)] = &[
     ("piston-wave", include_str!("../../experiments/scenes/piston-wave.toml")),
     ("rotating-cup", include_str!("../../experiments/scenes/rotating-cup.toml")),
     ("sloshing-tank", include_str!("../../experiments/scenes/sloshing-tank.toml")),
+    ("mud-flow", include_str!("../../experiments/scenes/mud-flow.toml")),
 ];
 
 /// The names of all embedded scenes.

@@ -144,14 +144,12 @@ fn cross(a: Vec3, b: Vec3) -> Vec3 {
 
 /// `sqrt(2 S:S)` of a velocity gradient.
 pub fn strain_rate(gradient: &Matrix) -> f64 {
-    let mut sum = 0.0;
-    for a in 0..3 {
-        for b in 0..3 {
-            let s = 0.5 * (gradient[a][b] + gradient[b][a]);
-            sum += s * s;
-        }
-    }
-    (2.0 * sum).sqrt()
+    let square = |a: usize, b: usize| {
+        let s = 0.5 * (gradient[a][b] + gradient[b][a]);
+        s * s
+    };
+    let [x, y, z] = [0, 1, 2].map(|a| square(a, 0) + square(a, 1) + square(a, 2));
+    (2.0 * (x + y + z)).sqrt()
 }
 
 impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for StrainRate {

@@ -8,6 +8,14 @@ pub mod frame;
 pub mod plane;
 pub mod scalar;
 pub mod waves;
+pub mod channel;
+pub mod couette;
+pub mod decay;
+pub mod poiseuille;
+pub mod rheology;
+pub mod rotation;
+pub mod startup;
+pub mod turbulence;
 
 /// What a case found.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +45,7 @@ impl Outcome {
 
 /// A case by name. Coarse runs take seconds, full ones minutes.
 #[derive(Debug, Clone, Copy)]
+/// A case by name. Coarse runs take seconds, full ones minutes.
 pub struct Case {
     pub name: &'static str,
     pub run: fn(Fidelity) -> Result<Vec<Outcome>, String>,
@@ -69,4 +78,10 @@ pub const CASES: &[Case] = &[
     Case { name: "floating-box", run: bodies::floating_box },
     Case { name: "heave", run: bodies::heave },
     Case { name: "sinking-box", run: bodies::sinking_box },
+    Case { name: "couette", run: couette::run },
+    Case { name: "poiseuille", run: poiseuille::run },
+    Case { name: "sine-decay", run: decay::run },
+    Case { name: "rheology", run: rheology::run },
+    Case { name: "rotation", run: rotation::run },
+    Case { name: "turbulence", run: turbulence::run },
 ];
