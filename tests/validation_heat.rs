@@ -26,38 +26,38 @@ fn hold(name: &str) {
 
 #[test]
 fn a_slab_cools() {
-    hold("slab cooling");
+    hold("slab-cooling");
 }
 
 /// The corrected Laplacian converges where that of the lattice does not.
 #[test]
 fn a_slab_of_displaced_particles_cools() {
-    hold("slab cooling, jittered");
+    hold("slab-cooling-jittered");
     let lattice = [20, 40].map(|across| conduction::jittered_slab_on_the_lattice(across).unwrap());
     println!("jittered slab, lattice Laplacian: {lattice:?}");
 }
 
 #[test]
 fn bodies_in_contact_meet_at_the_mean_of_their_effusivities() {
-    hold("bodies in contact");
+    hold("bodies-in-contact");
 }
 
 #[test]
 fn a_half_space_warms_up() {
-    hold("half space");
+    hold("half-space");
 }
 
 #[test]
 fn a_wall_lets_a_flux_through() {
-    hold("heat flux wall");
+    hold("heat-flux-wall");
 }
 
 #[test]
 fn dye_spreads() {
-    hold("spreading dye");
+    hold("spreading-dye");
 }
 
 #[test]
 fn dye_spreads_among_displaced_particles() {
-    hold("spreading dye, jittered");
+    hold("spreading-dye-jittered");
 }

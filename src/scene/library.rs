@@ -7,7 +7,6 @@ use crate::scene::Scene;
 
 /// Name and text of each scene.
 const SCENES: &[(&str, &str)] = &[
-const SCENES: [(&str, &str); 7] = [
     ("dam-break", include_str!("../../experiments/scenes/dam-break.toml")),
     ("dam-break-obstacle", include_str!("../../experiments/scenes/dam-break-obstacle.toml")),
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),

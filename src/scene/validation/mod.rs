@@ -2,20 +2,20 @@
 
 pub mod bodies;
 mod carried;
+pub mod channel;
 pub mod conduction;
+pub mod couette;
+pub mod decay;
 pub mod flow_boundaries;
 pub mod frame;
 pub mod plane;
-pub mod scalar;
-pub mod waves;
-pub mod channel;
-pub mod couette;
-pub mod decay;
 pub mod poiseuille;
 pub mod rheology;
 pub mod rotation;
+pub mod scalar;
 pub mod startup;
 pub mod turbulence;
+pub mod waves;
 
 /// What a case found.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,13 +60,13 @@ pub enum Fidelity {
 
 /// All cases.
 pub const CASES: &[Case] = &[
-    Case { name: "slab cooling", run: conduction::slab },
-    Case { name: "slab cooling, jittered", run: conduction::jittered_slab },
-    Case { name: "bodies in contact", run: conduction::contact },
-    Case { name: "half space", run: conduction::half_space },
-    Case { name: "heat flux wall", run: conduction::flux_wall },
-    Case { name: "spreading dye", run: scalar::spreading },
-    Case { name: "spreading dye, jittered", run: scalar::jittered_spreading },
+    Case { name: "slab-cooling", run: conduction::slab },
+    Case { name: "slab-cooling-jittered", run: conduction::jittered_slab },
+    Case { name: "bodies-in-contact", run: conduction::contact },
+    Case { name: "half-space", run: conduction::half_space },
+    Case { name: "heat-flux-wall", run: conduction::flux_wall },
+    Case { name: "spreading-dye", run: scalar::spreading },
+    Case { name: "spreading-dye-jittered", run: scalar::jittered_spreading },
     Case { name: "frame-spiral", run: frame::spiral },
     Case { name: "rotating-cup", run: frame::rotating_cup },
     Case { name: "wavemaker", run: waves::wavemaker },
