@@ -95,6 +95,6 @@ fn kind_of(error: &SimulationError) -> &'static str {
         SimulationError::Coincident { .. } => "coincident",
         SimulationError::NotFinite { .. } => "not_finite",
         SimulationError::StepTooShort { .. } => "step_too_short",
-        SimulationError::Solver { .. } => "solver",
+        SimulationError::Solver { .. } | SimulationError::Viscosity { .. } => "solver",
     }
 }
