@@ -1,6 +1,11 @@
 //! Viscous effects against known answers. `REPRO_FULL_VALIDATION=1` doubles the resolution.
 //!
 //! Every case prints its outcomes (`--nocapture`), and every error is below its gate.
+//!
+//! Largest errors of the cases at 40 particles (12 a radius), and at twice as many: Couette flow 0.46 % and 0.12 %, of two
+//! fluids 0.11 % and 0.05 %; Poiseuille flow 0.31 % and 0.13 %, with 200 times the explicit step 0.18 % and 0.12 %; decay of
+//! a sine 0.64 % and 0.16 %; power laws 0.55 % and 0.18 %, Bingham 1.2 % and 1.2 %, Herschel-Bulkley 1.1 % and 1.4 %, Casson
+//! 1.0 % and 1.0 % (what is left is the regularised yield stress); disc 5e-5 and 4e-5; eddies 1.1 % and 0.3 %.
 
 use repro::engine::viscous::{Form, Walls};
 use repro::scene::validation::channel::SCHEMES;

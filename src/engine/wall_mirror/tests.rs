@@ -111,12 +111,12 @@ fn values_are_exchanged_and_come_back_and_walls_that_move_are_found_anew() {
     let first = *mirror.surface_of(0).unwrap();
     assert!((first.depth_m - 3.5 * L0).abs() < 1e-12 && (first.normal[1] - 1.0).abs() < 1e-12, "{first:?}");
     for position in state.particles.position.iter_mut().filter(|x| x[1] > -0.05 && x[1] < 0.05) {
-        position[1] += 0.01;
+        position[1] += 0.05 * L0;
     }
     state.positions_changed();
     state.refresh(&mut NoProbe).unwrap();
     mirror.refresh::<_, RootFirst>(&state);
-    assert!((mirror.surface_of(0).unwrap().depth_m - 3.6 * L0).abs() < 1e-12);
+    assert!((mirror.surface_of(0).unwrap().depth_m - 3.55 * L0).abs() < 1e-12);
 }
 
 #[test]
