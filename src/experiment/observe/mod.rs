@@ -95,6 +95,7 @@ fn kind_of(error: &SimulationError) -> &'static str {
         SimulationError::Coincident { .. } => "coincident",
         SimulationError::NotFinite { .. } => "not_finite",
         SimulationError::StepTooShort { .. } => "step_too_short",
+        SimulationError::ReserveExhausted { .. } => "reserve_exhausted",
         SimulationError::Solver { .. } => "solver",
     }
 }
