@@ -48,7 +48,7 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     if let Some(contact) = effects.wall_contact {
         stages.push(Box::new(WallContacts::new(contact, parameters, state)));
     }
-    if let Some(pressure) = effects.pressure {
+    if let Some(pressure) = &effects.pressure {
         stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
         stages.push(Box::new(Corrector));
     }
