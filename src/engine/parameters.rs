@@ -3,6 +3,7 @@
 use crate::base::vec3::Vec3;
 use crate::engine::effects::collision::Collision;
 use crate::engine::effects::gravity::Gravity;
+use crate::engine::effects::shifting::Shifting;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
 use crate::engine::kernel::{Dimensions, Reference};
@@ -100,6 +101,7 @@ pub struct Effects {
     pub collision: Option<Collision>,
     pub wall_contact: Option<WallContact>,
     pub pressure: Option<Pressure>,
+    pub shifting: Option<Shifting>,
 }
 
 impl Parameters {

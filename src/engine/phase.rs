@@ -23,11 +23,12 @@ pub enum Phase {
     MinimumPressure,
     PressureGradient,
     Correction,
+    Shifting,
 }
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 18] = [
+    pub const ALL: [Phase; 19] = [
         Phase::Gravity,
         Phase::Viscosity,
         Phase::PairTerms,
@@ -46,6 +47,7 @@ impl Phase {
         Phase::MinimumPressure,
         Phase::PressureGradient,
         Phase::Correction,
+        Phase::Shifting,
     ];
 
     pub fn name(self) -> &'static str {
@@ -68,6 +70,7 @@ impl Phase {
             Phase::MinimumPressure => "minimum_pressure",
             Phase::PressureGradient => "pressure_gradient",
             Phase::Correction => "correction",
+            Phase::Shifting => "shifting",
         }
     }
 
@@ -84,6 +87,7 @@ impl Phase {
                 | Phase::Connectivity
                 | Phase::MinimumPressure
                 | Phase::PressureGradient
+                | Phase::Shifting
         )
     }
 }

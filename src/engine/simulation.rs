@@ -6,6 +6,7 @@ use crate::base::parallel::Workers;
 use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::motion::{Corrector, Predictor};
+use crate::engine::effects::shifting::Shifts;
 use crate::engine::effects::viscosity::ExplicitViscosity;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::error::SimulationError;
@@ -51,6 +52,9 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     if let Some(pressure) = &effects.pressure {
         stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
         stages.push(Box::new(Corrector));
+    }
+    if let Some(shifting) = effects.shifting {
+        stages.push(Box::new(Shifts::new(shifting, parameters, state)));
     }
     stages
 }

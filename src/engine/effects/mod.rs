@@ -3,5 +3,6 @@
 pub mod collision;
 pub mod gravity;
 pub mod motion;
+pub mod shifting;
 pub mod viscosity;
 pub mod wall_contact;

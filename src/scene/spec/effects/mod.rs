@@ -5,6 +5,7 @@ mod collision;
 mod gravity;
 mod pressure;
 mod pressure_options;
+mod shifting;
 mod viscosity;
 mod wall_contact;
 
@@ -74,6 +75,8 @@ effects! {
     wall_contact: wall_contact::WallContactSpec,
     /// Incompressibility.
     pressure: pressure::PressureSpec,
+    /// Particles move from where they crowd to where they are sparse.
+    shifting: shifting::ShiftingSpec,
 }
 
 /// An effect and one that it cannot be without, with the reason.
