@@ -27,11 +27,12 @@ pub enum Phase {
     PressureGradient,
     Correction,
     RigidBodies,
+    Shifting,
 }
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 22] = [
+    pub const ALL: [Phase; 23] = [
         Phase::FlowBoundaries,
         Phase::WallMotion,
         Phase::Gravity,
@@ -54,6 +55,7 @@ impl Phase {
         Phase::PressureGradient,
         Phase::Correction,
         Phase::RigidBodies,
+        Phase::Shifting,
     ];
 
     pub fn name(self) -> &'static str {
@@ -80,6 +82,7 @@ impl Phase {
             Phase::PressureGradient => "pressure_gradient",
             Phase::Correction => "correction",
             Phase::RigidBodies => "rigid_bodies",
+            Phase::Shifting => "shifting",
         }
     }
 
@@ -96,6 +99,7 @@ impl Phase {
                 | Phase::Connectivity
                 | Phase::MinimumPressure
                 | Phase::PressureGradient
+                | Phase::Shifting
         )
     }
 }

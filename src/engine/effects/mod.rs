@@ -6,6 +6,7 @@ pub mod frame;
 pub mod gravity;
 pub mod motion;
 pub mod rigid_bodies;
+pub mod shifting;
 pub mod viscosity;
 pub mod wall_contact;
 pub mod wall_motion;

@@ -25,12 +25,10 @@ use crate::engine::rotation::Rotation;
 use crate::engine::search::CandidateSearch;
 use crate::engine::stage::{Stage, State};
 
-/// What holds the bodies and what they weigh, by group. Bodies of groups beyond the list are free.
+/// What holds the bodies, by group. Bodies of groups beyond the list are free.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RigidBodies {
     pub fixed: Vec<Fixed>,
-    /// Density of each group, kg/m3, the fluid's included; empty where all have the fluid's.
-    pub density_kg_m3: Vec<f64>,
 }
 
 /// The components of a body's motion that are held at zero.

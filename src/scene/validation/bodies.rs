@@ -117,9 +117,11 @@ impl Bath {
     ) -> Result<(Vec<[f64; 3]>, usize), String> {
         let l0 = self.l0;
         let particles = self.particles(draft);
-        let bodies =
-            RigidBodies { fixed: vec![Fixed::default(), fixed], density_kg_m3: vec![1000.0, density] };
-        let effects = Effects { rigid_bodies: Some(bodies), ..plane::water_effects() };
+        let bodies = RigidBodies { fixed: vec![Fixed::default(), fixed] };
+        let mut effects = Effects { rigid_bodies: Some(bodies), ..plane::water_effects() };
+        if let Some(pressure) = &mut effects.pressure {
+            pressure.density_by_group_kg_m3 = Some(vec![1000.0, density]);
+        }
         let dt = 0.1 * l0 / (G * f64::from(self.depth) * l0).sqrt();
         let parameters = plane::parameters(l0, dt, &particles, 0.2, effects);
         let mut simulation = plane::start(&parameters, &particles)?;

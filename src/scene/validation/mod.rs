@@ -3,7 +3,11 @@
 pub mod bodies;
 pub mod flow_boundaries;
 pub mod frame;
+pub mod general;
+pub mod hydrostatics;
 pub mod plane;
+pub mod standing_wave;
+pub mod taylor_green;
 pub mod waves;
 
 /// What a case found.
@@ -51,4 +55,10 @@ pub const CASES: &[Case] = &[
     Case { name: "floating-box", run: bodies::floating_box },
     Case { name: "heave", run: bodies::heave },
     Case { name: "sinking-box", run: bodies::sinking_box },
+    Case { name: "still water", run: hydrostatics::still },
+    Case { name: "full box", run: hydrostatics::closed },
+    Case { name: "pools side by side", run: hydrostatics::pools },
+    Case { name: "Taylor-Green", run: taylor_green::regular },
+    Case { name: "Taylor-Green, jittered", run: taylor_green::jittered },
+    Case { name: "standing wave", run: standing_wave::first_mode },
 ];

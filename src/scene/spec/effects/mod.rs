@@ -8,6 +8,7 @@ mod gravity;
 mod pressure;
 mod pressure_options;
 pub mod rigid_bodies;
+mod shifting;
 mod viscosity;
 mod wall_contact;
 pub mod wall_motion;
@@ -86,6 +87,8 @@ effects! {
     flow_boundaries: flow_boundaries::FlowBoundariesSpec,
     /// The `body` regions of a group are one rigid body, moved by the fluid.
     rigid_bodies: rigid_bodies::RigidBodiesSpec,
+    /// Particles move from where they crowd to where they are sparse.
+    shifting: shifting::ShiftingSpec,
 }
 
 /// An effect and one that it cannot be without, with the reason.
