@@ -77,8 +77,10 @@ fn everything() -> (Parameters, Vec<InitialParticle>) {
     let mut effects = plane::water_effects();
     effects.wall_motion = Some(WallMotion { by_group: vec![None, None, Some(rocking)] });
     effects.flow_boundaries = Some(FlowBoundaries { inflows: vec![inflow], outflows: vec![outflow] });
-    effects.rigid_bodies =
-        Some(RigidBodies { fixed: vec![Fixed::default(); 3], density_kg_m3: vec![1000.0, 600.0, 1000.0] });
+    effects.rigid_bodies = Some(RigidBodies { fixed: vec![Fixed::default(); 3] });
+    if let Some(pressure) = &mut effects.pressure {
+        pressure.density_by_group_kg_m3 = Some(vec![1000.0, 600.0, 1000.0]);
+    }
     effects.frame = Some(Frame { angular_velocity_rad_s: [0.0, 0.0, 0.3], ..Frame::default() });
     (plane::parameters(L0, 1e-3, &particles, 0.2, effects), particles)
 }

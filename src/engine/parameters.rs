@@ -10,6 +10,7 @@ use crate::engine::effects::gravity::Gravity;
 use crate::engine::effects::implicit_viscosity::ImplicitViscosity;
 use crate::engine::effects::rheology::Rheology;
 use crate::engine::effects::rigid_bodies::RigidBodies;
+use crate::engine::effects::shifting::Shifting;
 use crate::engine::effects::turbulence::Turbulence;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
@@ -129,6 +130,7 @@ pub struct Effects {
     pub wall_motion: Option<WallMotion>,
     pub flow_boundaries: Option<FlowBoundaries>,
     pub rigid_bodies: Option<RigidBodies>,
+    pub shifting: Option<Shifting>,
 }
 
 impl Parameters {
@@ -157,11 +159,6 @@ impl Parameters {
     /// The reference sums `n0` and `lambda` for a radius in metres.
     pub fn reference(&self, radius_m: f64) -> Reference {
         Reference::on_lattice(self.dimensions, self.particle_distance_m, radius_m)
-    }
-
-    /// Densities by group, kg/m3; empty where all particles have the fluid's.
-    pub fn group_densities(&self) -> Vec<f64> {
-        self.effects.rigid_bodies.as_ref().map_or(Vec::new(), |bodies| bodies.density_kg_m3.clone())
     }
 
     /// The factor `2 D / (n0_L lambda)` of the Laplacian model, 1/m2 (Koshizuka & Oka 1996).

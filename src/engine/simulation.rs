@@ -11,6 +11,7 @@ use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_o
 use crate::engine::effects::frame::FrameAcceleration;
 use crate::engine::effects::motion::{Corrector, Predictor};
 use crate::engine::effects::rigid_bodies::BodyMotion;
+use crate::engine::effects::shifting::Shifts;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::effects::wall_motion::WallMotions;
 use crate::engine::error::SimulationError;
@@ -81,12 +82,15 @@ fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     if let Some(contact) = effects.wall_contact {
         stages.push(Box::new(WallContacts::new(contact, parameters, state)));
     }
-    if let Some(pressure) = effects.pressure {
+    if let Some(pressure) = &effects.pressure {
         stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
         stages.push(Box::new(Corrector));
     }
     if let Some(bodies) = &effects.rigid_bodies {
         stages.push(Box::new(BodyMotion::new(bodies.clone(), parameters, state)));
+    }
+    if let Some(shifting) = effects.shifting {
+        stages.push(Box::new(Shifts::new(shifting, parameters, state)));
     }
     stages
 }

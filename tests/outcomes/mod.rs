@@ -8,7 +8,7 @@ pub fn pass(case: fn(Fidelity) -> Result<Vec<Outcome>, String>) {
     let found = case(if full { Fidelity::Full } else { Fidelity::Coarse }).unwrap();
     for o in &found {
         println!(
-            "{}, {}, {}: {:.6} for {:.6}, error {:.5}, gate {}",
+            "{}, {}, {}: {:.6e} for {:.6e}, error {:.2e}, gate {}",
             o.effect, o.case, o.quantity, o.value, o.reference, o.error, o.gate
         );
     }

@@ -25,12 +25,10 @@ use crate::engine::rotation::Rotation;
 use crate::engine::search::CandidateSearch;
 use crate::engine::stage::{Stage, State};
 
-/// What holds the bodies and what they weigh, by group. Bodies of groups beyond the list are free.
+/// What holds the bodies, by group. Bodies of groups beyond the list are free.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RigidBodies {
     pub fixed: Vec<Fixed>,
-    /// Density of each group, kg/m3, the fluid's included; empty where all have the fluid's.
-    pub density_kg_m3: Vec<f64>,
 }
 
 /// The components of a body's motion that are held at zero.
@@ -87,6 +85,9 @@ impl BodyMotion {
             let position = |&i: &u32| particles.position[i as usize];
             let center = mean(motion.members[range.clone()].iter().map(position));
             motion.shape.extend(motion.members[range.clone()].iter().map(|i| sub(position(i), center)));
+            // What rounding left of the mean would drive momentum one way step after step.
+            let rest = mean(motion.shape[range.clone()].iter().copied());
+            motion.shape[range.clone()].iter_mut().for_each(|r| *r = sub(*r, rest));
             let mut fixed = bodies.fixed.get(group as usize).copied().unwrap_or_default();
             if parameters.dimensions == Dimensions::Two {
                 fixed.translation[2] = true;
@@ -129,9 +130,10 @@ impl BodyMotion {
     }
 }
 
+/// Divided, not multiplied by an inverse whose rounding would drive momentum one way step after step.
 fn mean(vectors: impl ExactSizeIterator<Item = Vec3>) -> Vec3 {
-    let share = 1.0 / vectors.len() as f64;
-    scale(share, vectors.fold(ZERO, add))
+    let count = vectors.len() as f64;
+    vectors.fold(ZERO, add).map(|sum| sum / count)
 }
 
 /// `J` of a shape that has been turned, in units of a particle's mass.

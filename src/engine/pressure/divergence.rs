@@ -1,18 +1,22 @@
 //! The source from the velocity's divergence: `b_i = -(1 / dt) div u_i + (1 / (tau dt)) (n_i - n0) / n0`, Pa/m2 per
 //! (kg/m3).
 //!
-//! `div u_i = (D / n0) sum_j (u_j - u_i) . r_ij w(r_ij, re_n) / r_ij^2` with the velocities after the explicit half of the
-//! step; everyone within `re_n` takes part, walls with the velocity that they have. After the correction the divergence is
+//! `div u_i = tr(M_i^-1 sum_j v_ij r_ij (u_j - u_i)^T)` with `v_ij = w(r_ij, re_n) / r_ij^2`, the moment matrix `M_i` of all
+//! neighbours and the velocities after the explicit half of the step; everyone within `re_n` takes part, walls with the
+//! velocity that they have. It is right for a linear velocity wherever the particles lie; with `n0 / D` in place of the
+//! matrix, vortices whose particles are no longer on a lattice blow up within a turn. Only where the matrix has no useful
+//! inverse is it that. After the correction the divergence is
 //! `(n - n0) / (tau n0)`, so that a density error decays as `exp(-t / tau)` however long the steps are. A feedback of a
 //! share `gamma / dt^2` of the error, as the textbook's, grows without bound as steps become shorter. Steps longer than
 //! `tau` take the whole error back at once. Tanaka & Masunaga 2010 with a time in place of their share.
 
 use crate::base::parallel::Rows;
-use crate::base::vec3::{dot, sub};
+use crate::base::vec3::{ZERO, add_scaled, dot, sub};
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
 use crate::engine::pressure::free_surface::Unknowns;
+use crate::engine::pressure::moment::Moment;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::State;
 
@@ -22,18 +26,20 @@ pub struct DivergenceSource {
     /// `D / n0`.
     factor: f64,
     n0: f64,
+    dimensions: usize,
     /// `tau`, seconds.
     feedback_s: f64,
 }
 
 impl DivergenceSource {
-    pub fn new(feedback_s: f64, pressure: Pressure, parameters: &Parameters) -> Self {
+    pub fn new(feedback_s: f64, pressure: &Pressure, parameters: &Parameters) -> Self {
         let radius_m = parameters.number_density_radius_m();
         let n0 = parameters.reference(radius_m).number_density;
         DivergenceSource {
             kernel: pressure.kernel(radius_m, parameters),
             factor: parameters.dimensions.count() / n0,
             n0,
+            dimensions: parameters.dimensions.count() as usize,
             feedback_s,
         }
     }
@@ -52,13 +58,25 @@ impl DivergenceSource {
         state.team().fill(Rows::new(source), |range, source| {
             for (&i, b) in rows[range].iter().zip(source) {
                 let i = i as usize;
-                let mut sum = 0.0;
+                let (mut sum, mut moment, mut products) = (0.0, Moment::default(), [ZERO; 3]);
                 near.for_each_neighbor::<T>(i, kernel.radius_m, |j, r_ij, r| {
-                    let r = kernel.distance(r);
-                    sum += dot(sub(u[j], u[i]), r_ij) * (kernel.weight(r) / (r * r));
+                    let (r, u_ij) = (kernel.distance(r), sub(u[j], u[i]));
+                    let v = kernel.weight(r) / (r * r);
+                    sum += v * dot(u_ij, r_ij);
+                    moment.add(v, r_ij);
+                    for (product, u) in products.iter_mut().zip(u_ij) {
+                        *product = add_scaled(*product, v * u, r_ij);
+                    }
                 });
+                let share = moment.usefulness(self.dimensions);
+                let mut divergence = self.factor * sum;
+                if share > 0.0 {
+                    let inverse = moment.inverse(self.dimensions);
+                    let corrected = (0..self.dimensions).map(|d| dot(inverse[d], products[d])).sum::<f64>();
+                    divergence = (1.0 - share) * divergence + share * corrected;
+                }
                 let error = (n[i] - self.n0) / self.n0;
-                *b = (feedback_1_s * error - self.factor * sum) / dt;
+                *b = (feedback_1_s * error - divergence) / dt;
             }
         });
     }

@@ -3,9 +3,8 @@
 //! The rows that no path joins to the surface fall into parts: connected components of the matrix. On each the system
 //! without compressibility is singular: it has the constants as its null space and a solution only if the source sums to
 //! zero. So source and iterates are projected onto the complement of the constants of each part, `x_i -= mean x`. The mean
-//! of the pressures is then zero; where negative ones are clamped, their minimum is made zero instead. A particle distance
-//! hence keeps its volume exactly up to what the discrete source cannot fulfil. Sums run in fixed blocks of members, added
-//! in order.
+//! of the pressures is then zero; where negative ones are clamped, their minimum is made zero instead. No compressibility is
+//! needed. Sums run in fixed blocks of members, added in order.
 
 use crate::base::parallel::{Rows, Team};
 use crate::engine::pressure::conjugate_gradient::BLOCK;

@@ -41,7 +41,7 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
-    pub fn new<C: CandidateSearch>(pressure: Pressure, parameters: &Parameters, state: &State<C>) -> Self {
+    pub fn new<C: CandidateSearch>(pressure: &Pressure, parameters: &Parameters, state: &State<C>) -> Self {
         let count = state.particles.len();
         let reference = parameters.reference(parameters.number_density_radius_m());
         Unknowns {

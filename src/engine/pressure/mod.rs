@@ -10,6 +10,7 @@ pub mod enclosed;
 pub mod free_surface;
 pub mod gradient;
 pub mod matrix;
+pub mod moment;
 pub mod number_density;
 pub mod options;
 pub mod poisson;
@@ -31,7 +32,7 @@ use options::{Clamp, Enclosed, Gradient, Source, Surface};
 use poisson::Poisson;
 
 /// Constants of the pressure equation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Pressure {
     /// `beta`: below this share of `n0` a particle is on the free surface.
     pub surface_threshold: f64,
@@ -47,6 +48,8 @@ pub struct Pressure {
     pub surface: Surface,
     pub clamp: Clamp,
     pub enclosed: Enclosed,
+    /// Density of each group, kg/m3; `None` where all have the fluid's.
+    pub density_by_group_kg_m3: Option<Vec<f64>>,
 }
 
 /// The textbook's.
@@ -62,6 +65,7 @@ impl Default for Pressure {
             surface: Surface::default(),
             clamp: Clamp::default(),
             enclosed: Enclosed::default(),
+            density_by_group_kg_m3: None,
         }
     }
 }
@@ -105,7 +109,7 @@ pub struct PressureSolve {
 
 impl PressureSolve {
     pub fn new<C: CandidateSearch>(
-        pressure: Pressure,
+        pressure: &Pressure,
         parameters: &Parameters,
         options: &Options,
         state: &State<C>,

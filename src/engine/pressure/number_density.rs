@@ -22,7 +22,7 @@ pub struct NumberDensity {
 }
 
 impl NumberDensity {
-    pub fn new<C: CandidateSearch>(pressure: Pressure, parameters: &Parameters, state: &State<C>) -> Self {
+    pub fn new<C: CandidateSearch>(pressure: &Pressure, parameters: &Parameters, state: &State<C>) -> Self {
         NumberDensity {
             kernel: pressure.kernel(parameters.number_density_radius_m(), parameters),
             particle_distance_m: parameters.particle_distance_m,

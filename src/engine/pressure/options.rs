@@ -19,8 +19,11 @@ pub enum Gradient {
     /// On differences from the smallest pressure around: pushes particles apart.
     #[default]
     Minimum,
-    /// With the inverse moment matrix: right for a linear pressure, however the particles lie.
+    /// With the inverse moment matrix, on differences from the smallest pressure around.
     Corrected,
+    /// With the inverse moment matrix, right for a linear pressure wherever the particles lie: something else, such as
+    /// shifting, must hold them apart.
+    Consistent,
     /// Antisymmetric in a pair: keeps linear momentum to rounding.
     Conservative,
 }

@@ -3,11 +3,11 @@
 //! * Source `b_i = gamma / dt^2 (n_i - n0) / n0`, Pa/m2 per (kg/m3), or that of [`divergence`](super::divergence).
 //! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
 //!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
-//!   Where groups have densities of their own, `2 / (rho_i + rho_j)` takes the place of `1 / rho`.
 
 use crate::base::parallel::Team;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
+use crate::engine::particles::Particles;
 use crate::engine::pressure::Pressure;
 use crate::engine::pressure::divergence::DivergenceSource;
 use crate::engine::pressure::enclosed::EnclosedParts;
@@ -21,15 +21,36 @@ use crate::engine::stage::State;
 /// of this size, and a solver that divides by its norm would iterate on it.
 const QUIET: f64 = 1e-10;
 
+/// What pairs of particles of different density have in place of `1 / rho`: `2 / (rho_i + rho_j)`, so that the matrix stays
+/// symmetric and the flux through an interface is that of the mean density. A wall has the density of the fluid or body
+/// beside it: the pressure on it must carry that one's weight.
+#[derive(Debug)]
+struct PairDensity {
+    /// `2D / (n0_L lambda)`.
+    laplacian_factor: f64,
+    by_group_kg_m3: Vec<f64>,
+}
+
+impl PairDensity {
+    #[inline(always)]
+    fn coefficient(&self, i: usize, j: usize, particles: &Particles) -> f64 {
+        let [rho_i, rho_j] = [i, j].map(|k| self.by_group_kg_m3[particles.group_of(k) as usize]);
+        let density = match (particles.kind[i].moves(), particles.kind[j].moves()) {
+            (true, false) => rho_i,
+            (false, true) => rho_j,
+            _ => 0.5 * (rho_i + rho_j),
+        };
+        self.laplacian_factor / density
+    }
+}
+
 #[derive(Debug)]
 pub struct Poisson {
     kernel: Kernel,
     /// `2D / (n0_L lambda rho)`.
     coefficient: f64,
-    /// `2D / (n0_L lambda)`.
-    factor: f64,
-    /// By group; empty where all particles have one.
-    density_kg_m3: Vec<f64>,
+    /// `None` where the density is the same everywhere.
+    densities: Option<PairDensity>,
     /// `alpha`, 1/Pa.
     compressibility_1_pa: f64,
     /// `gamma`.
@@ -45,13 +66,15 @@ pub struct Poisson {
 }
 
 impl Poisson {
-    pub fn new(pressure: Pressure, parameters: &Parameters, storage: Storage) -> Self {
+    pub fn new(pressure: &Pressure, parameters: &Parameters, storage: Storage) -> Self {
         let lattice = parameters.reference(parameters.laplacian_radius_m());
         Poisson {
             kernel: pressure.kernel(parameters.laplacian_radius_m(), parameters),
             coefficient: parameters.laplacian_factor() / parameters.density_kg_m3,
-            factor: parameters.laplacian_factor(),
-            density_kg_m3: parameters.group_densities(),
+            densities: pressure.density_by_group_kg_m3.as_ref().map(|by_group_kg_m3| PairDensity {
+                laplacian_factor: parameters.laplacian_factor(),
+                by_group_kg_m3: by_group_kg_m3.clone(),
+            }),
             compressibility_1_pa: pressure.compressibility_1_pa,
             source_relaxation: pressure.source_relaxation,
             n0: parameters.reference(parameters.number_density_radius_m()).number_density,
@@ -87,22 +110,22 @@ impl Poisson {
 
     /// Phase `matrix`.
     pub fn assemble<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
-        if self.density_kg_m3.is_empty() {
-            let coefficient = self.coefficient;
-            return self.assemble_with::<C, T>(|_, _| coefficient, unknowns, state);
+        let (coefficient, particles) = (self.coefficient, &state.particles);
+        match self.densities.take() {
+            None => self.fill::<C, T>(unknowns, state, |_, _| coefficient),
+            Some(densities) => {
+                self.fill::<C, T>(unknowns, state, |i, j| densities.coefficient(i, j, particles));
+                self.densities = Some(densities);
+            }
         }
-        let density_kg_m3 = std::mem::take(&mut self.density_kg_m3);
-        let (factor, density) = (self.factor, |i| density_kg_m3[state.particles.group_of(i) as usize]);
-        self.assemble_with::<C, T>(|i, j| 2.0 * factor / (density(i) + density(j)), unknowns, state);
-        self.density_kg_m3 = density_kg_m3;
     }
 
-    /// With the factor before a pair's weight.
-    fn assemble_with<C: CandidateSearch, T: DistanceTest>(
+    /// Fills the matrix with `coefficient(i, j)` times the weight of each pair.
+    fn fill<C: CandidateSearch, T: DistanceTest>(
         &mut self,
-        coefficient: impl Fn(usize, usize) -> f64 + Sync,
         unknowns: &Unknowns,
         state: &State<C>,
+        coefficient: impl Fn(usize, usize) -> f64 + Sync,
     ) {
         let near = state.neighborhood();
         let Unknowns { label, rows, row_of, .. } = unknowns;

@@ -106,13 +106,22 @@ impl Bath {
         particles
     }
 
-    /// Height of the box's middle and the mean level of the water beside it, metres, at every tenth step.
-    fn run(&self, draft: i32, density: f64, fixed: Fixed, end_s: f64) -> Result<Vec<[f64; 3]>, String> {
+    /// Time, height of the box's middle and mean level of the water beside it, at every tenth step; and how many fluid
+    /// particles are in the box's inscribed circle, less a tenth of its side, at the end.
+    fn run(
+        &self,
+        draft: i32,
+        density: f64,
+        fixed: Fixed,
+        end_s: f64,
+    ) -> Result<(Vec<[f64; 3]>, usize), String> {
         let l0 = self.l0;
         let particles = self.particles(draft);
-        let bodies =
-            RigidBodies { fixed: vec![Fixed::default(), fixed], density_kg_m3: vec![1000.0, density] };
-        let effects = Effects { rigid_bodies: Some(bodies), ..plane::water_effects() };
+        let bodies = RigidBodies { fixed: vec![Fixed::default(), fixed] };
+        let mut effects = Effects { rigid_bodies: Some(bodies), ..plane::water_effects() };
+        if let Some(pressure) = &mut effects.pressure {
+            pressure.density_by_group_kg_m3 = Some(vec![1000.0, density]);
+        }
         let dt = 0.1 * l0 / (G * f64::from(self.depth) * l0).sqrt();
         let parameters = plane::parameters(l0, dt, &particles, 0.2, effects);
         let mut simulation = plane::start(&parameters, &particles)?;
@@ -121,10 +130,20 @@ impl Bath {
             let time_s = plane::step(&mut *simulation)?.time_s;
             if step % 10 == 0 {
                 let particles = simulation.particles();
-                path.push([time_s, middle(particles), self.level(particles)?]);
+                path.push([time_s, middle(particles)[1], self.level(particles)?]);
             }
         }
-        Ok(path)
+        Ok((path, self.inside(simulation.particles())))
+    }
+
+    fn inside(&self, particles: &Particles) -> usize {
+        let center = middle(particles);
+        let reach = (0.5 - 0.1) * f64::from(self.side) * self.l0;
+        let within = |&i: &usize| {
+            let off = sub(particles.position[i], center);
+            particles.kind[i] == Kind::Fluid && length(off) < reach
+        };
+        (0..particles.len()).filter(within).count()
     }
 
     /// The water's level a quarter of the width away from the walls, metres.
@@ -137,22 +156,22 @@ impl Bath {
     }
 }
 
-/// Mean height of the body, metres.
-fn middle(particles: &Particles) -> f64 {
+/// The middle of the body, metres.
+fn middle(particles: &Particles) -> Vec3 {
     let body = (0..particles.len()).filter(|&i| particles.kind[i] == Kind::Body);
-    let (count, sum) = body.fold((0.0, 0.0), |(n, sum), i| (n + 1.0, sum + particles.position[i][1]));
-    sum / count
+    let (count, sum) = body.fold((0.0, ZERO), |(n, sum), i| (n + 1.0, add(sum, particles.position[i])));
+    sum.map(|x| x / count)
 }
 
 /// A box floats: draft over height is the ratio of densities. Started deeper than that.
 pub fn floating_box(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let bath = Bath::new(fidelity);
-    let path = bath.run(bath.side * 3 / 4, 500.0, Fixed::default(), 4.0)?;
+    let (path, inside) = bath.run(bath.side * 3 / 4, 500.0, Fixed::default(), 4.0)?;
     let late = &path[path.len() / 2..];
     let mean = |k: usize| late.iter().map(|row| row[k]).sum::<f64>() / late.len() as f64;
     let side_m = f64::from(bath.side) * bath.l0;
     let draft = (mean(2) - mean(1) + 0.5 * side_m) / side_m;
-    Ok(vec![Outcome {
+    let floats = Outcome {
         effect: "rigid_bodies",
         case: "a box that floats",
         quantity: "draft over height (error: difference)",
@@ -161,13 +180,23 @@ pub fn floating_box(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
         error: (draft - 0.5).abs(),
         gate: 0.05,
         source: "Archimedes",
-    }])
+    };
+    let tight = Outcome {
+        quantity: "fluid particles in the box (error: their number)",
+        value: inside as f64,
+        reference: 0.0,
+        error: inside as f64,
+        gate: 0.0,
+        source: "bodies are tight",
+        ..floats.clone()
+    };
+    Ok(vec![floats, tight])
 }
 
 /// A box twice as dense as water sinks to the floor.
 pub fn sinking_box(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let bath = Bath::new(fidelity);
-    let path = bath.run(bath.side, 2000.0, Fixed::default(), 1.5)?;
+    let (path, _) = bath.run(bath.side, 2000.0, Fixed::default(), 1.5)?;
     let last = path.last().ok_or("no step")?[1];
     let floor = 0.5 * f64::from(bath.side) * bath.l0;
     Ok(vec![Outcome {
@@ -192,7 +221,7 @@ pub fn heave(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let masses = 0.5 * side_m * side_m + 0.5 * 4.754 * 0.25 * side_m * side_m;
     let expected_s = std::f64::consts::TAU * (masses / (G * side_m)).sqrt();
     let upright = Fixed { translation: [true, false, false], rotation: [false, false, true] };
-    let path = bath.run(bath.side * 7 / 10, 500.0, upright, 0.75 * expected_s)?;
+    let (path, _) = bath.run(bath.side * 7 / 10, 500.0, upright, 0.75 * expected_s)?;
     let start = path[0][1];
     let top = path.iter().map(|row| row[1]).fold(start, f64::max);
     // The turn lies in the middle between the places a little below it on the way up and down.

@@ -8,12 +8,16 @@ pub mod couette;
 pub mod decay;
 pub mod flow_boundaries;
 pub mod frame;
+pub mod general;
+pub mod hydrostatics;
 pub mod plane;
 pub mod poiseuille;
 pub mod rheology;
 pub mod rotation;
 pub mod scalar;
+pub mod standing_wave;
 pub mod startup;
+pub mod taylor_green;
 pub mod turbulence;
 pub mod waves;
 
@@ -84,4 +88,10 @@ pub const CASES: &[Case] = &[
     Case { name: "rheology", run: rheology::run },
     Case { name: "rotation", run: rotation::run },
     Case { name: "turbulence", run: turbulence::run },
+    Case { name: "still-water", run: hydrostatics::still },
+    Case { name: "full-box", run: hydrostatics::closed },
+    Case { name: "pools-side-by-side", run: hydrostatics::pools },
+    Case { name: "taylor-green", run: taylor_green::regular },
+    Case { name: "taylor-green-jittered", run: taylor_green::jittered },
+    Case { name: "standing-wave", run: standing_wave::first_mode },
 ];

@@ -18,7 +18,7 @@ use crate::engine::pressure::options::{Clamp, Gradient};
 use crate::engine::search::{CandidateSearch, DistanceTest, NONE, Neighborhood};
 use crate::engine::stage::State;
 use conservative::Conservative;
-use corrected::Corrected;
+use corrected::{Consistent, Corrected, Sums};
 use minimum::Minimum;
 
 /// A form of the gradient.
@@ -42,7 +42,7 @@ pub struct PressureGradient {
     kernel: Kernel,
     /// `-D / (n0_g rho)`.
     factor: f64,
-    /// The same of each group; empty where all particles have one density.
+    /// The same of each group; empty where the density is the same everywhere.
     factor_of_group: Vec<f64>,
     gradient: Gradient,
     clamp: Clamp,
@@ -54,18 +54,15 @@ pub struct PressureGradient {
 }
 
 impl PressureGradient {
-    pub fn new<C: CandidateSearch>(pressure: Pressure, parameters: &Parameters, state: &State<C>) -> Self {
+    pub fn new<C: CandidateSearch>(pressure: &Pressure, parameters: &Parameters, state: &State<C>) -> Self {
         let radius_m = parameters.gradient_radius_m();
         let n0 = parameters.reference(radius_m).number_density;
         let dimensions = parameters.dimensions.count();
+        let by_group = pressure.density_by_group_kg_m3.as_deref().unwrap_or_default();
         PressureGradient {
             kernel: pressure.kernel(radius_m, parameters),
             factor: -(dimensions / (n0 * parameters.density_kg_m3)),
-            factor_of_group: parameters
-                .group_densities()
-                .iter()
-                .map(|density_kg_m3| -(dimensions / (n0 * density_kg_m3)))
-                .collect(),
+            factor_of_group: by_group.iter().map(|rho| -(dimensions / (n0 * rho))).collect(),
             gradient: pressure.gradient,
             clamp: pressure.clamp,
             lattice_moment: n0 / dimensions,
@@ -152,14 +149,16 @@ impl PressureGradient {
         let broken = FirstIndex::default();
         match self.gradient {
             Gradient::Minimum => self.add::<C, T>(&Minimum(around), state, &broken),
-            Gradient::Corrected => {
-                let form = Corrected::new(around, self.lattice_moment, self.dimensions);
-                self.add::<C, T>(&form, state, &broken);
-            }
+            Gradient::Corrected => self.add::<C, T>(&Corrected(self.sums(around)), state, &broken),
+            Gradient::Consistent => self.add::<C, T>(&Consistent(self.sums(around)), state, &broken),
             Gradient::Conservative => self.add::<C, T>(&Conservative(around), state, &broken),
         }
         state.particles.pressure = pressure;
         state.require_finite(&broken, Phase::PressureGradient, "acceleration")
+    }
+
+    fn sums<'a>(&self, around: Around<'a>) -> Sums<'a> {
+        Sums { around, lattice_moment: self.lattice_moment, dimensions: self.dimensions }
     }
 
     fn add<C: CandidateSearch, T: DistanceTest>(
@@ -169,17 +168,17 @@ impl PressureGradient {
         broken: &FirstIndex,
     ) {
         let forces = state.forces();
-        let (near, fields, kind) = (&forces.near, forces.fields, forces.fields.kind);
+        let (near, fields) = (&forces.near, forces.fields);
+        let factor = |i: usize| match self.factor_of_group.is_empty() {
+            true => self.factor,
+            false => self.factor_of_group[fields.group_of(i) as usize],
+        };
         forces.team.fill(Rows::new(forces.acceleration), |range, acceleration| {
             for (i, a) in range.zip(acceleration) {
-                if !kind[i].moves() {
+                if !fields.kind[i].moves() {
                     continue;
                 }
-                let factor = match self.factor_of_group.is_empty() {
-                    true => self.factor,
-                    false => self.factor_of_group[fields.group_of(i) as usize],
-                };
-                *a = add_scaled(*a, factor, form.sum::<C, T>(near, i));
+                *a = add_scaled(*a, factor(i), form.sum::<C, T>(near, i));
                 if !is_finite(*a) {
                     broken.record(i);
                 }

@@ -5,6 +5,7 @@ use serde::Deserialize;
 use super::EffectTable;
 use super::pressure_options::{ClampSpec, EnclosedSpec, GradientSpec, SourceSpec, SurfaceSpec};
 use crate::base::input::{Check, InputError};
+use crate::engine::parameters::Property;
 use crate::engine::pressure::Pressure;
 use crate::scene::Scene;
 
@@ -51,7 +52,8 @@ impl EffectTable for PressureSpec {
         Ok(())
     }
 
-    fn effect(&self, _scene: &Scene) -> Pressure {
+    fn effect(&self, scene: &Scene) -> Pressure {
+        let density = scene.property(scene.fluid.density_kg_m3, |group| group.density_kg_m3);
         Pressure {
             surface_threshold: self.surface_threshold,
             source_relaxation: self.source_relaxation,
@@ -62,6 +64,10 @@ impl EffectTable for PressureSpec {
             surface: self.surface.to_engine(),
             clamp: self.clamp.to_engine(),
             enclosed: self.enclosed.to_engine(),
+            density_by_group_kg_m3: match density {
+                Property::Uniform(_) => None,
+                Property::ByGroup(by_group) => Some(by_group),
+            },
         }
     }
 }

@@ -85,7 +85,8 @@ choice! {
     /// How the pressure's gradient is taken.
     GradientSpec: Gradient {
         Minimum = "On differences from the smallest pressure around.",
-        Corrected = "With the inverse moment matrix: right for a linear pressure however the particles lie.",
+        Corrected = "With the inverse moment matrix, on differences from the smallest pressure around.",
+        Consistent = "With the inverse moment matrix, right for a linear pressure; needs shifting.",
         Conservative = "Antisymmetric in a pair: keeps linear momentum to rounding.",
     }
 }

@@ -5,7 +5,6 @@ use serde::Deserialize;
 use super::EffectTable;
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::rigid_bodies::{Fixed, RigidBodies};
-use crate::engine::parameters::Property;
 use crate::scene::Scene;
 
 /// The `body` regions of a group are one rigid body, moved by the fluid.
@@ -47,10 +46,6 @@ impl EffectTable for RigidBodiesSpec {
             let named = scene.group.iter().find(|group| group.name == name);
             named.map_or(Fixed::default(), |group| to_engine(&group.fixed))
         };
-        let density_kg_m3 = match scene.property(scene.fluid.density_kg_m3, |group| group.density_kg_m3) {
-            Property::Uniform(_) => Vec::new(),
-            Property::ByGroup(densities) => densities,
-        };
-        RigidBodies { fixed: scene.group_names().into_iter().map(fixed).collect(), density_kg_m3 }
+        RigidBodies { fixed: scene.group_names().into_iter().map(fixed).collect() }
     }
 }
