@@ -10,6 +10,7 @@ use crate::engine::effects::gravity::Gravity;
 use crate::engine::effects::implicit_viscosity::ImplicitViscosity;
 use crate::engine::effects::rheology::Rheology;
 use crate::engine::effects::rigid_bodies::RigidBodies;
+use crate::engine::effects::shifting::Shifting;
 use crate::engine::effects::turbulence::Turbulence;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
@@ -129,6 +130,7 @@ pub struct Effects {
     pub wall_motion: Option<WallMotion>,
     pub flow_boundaries: Option<FlowBoundaries>,
     pub rigid_bodies: Option<RigidBodies>,
+    pub shifting: Option<Shifting>,
 }
 
 impl Parameters {

@@ -11,6 +11,7 @@ use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_o
 use crate::engine::effects::frame::FrameAcceleration;
 use crate::engine::effects::motion::{Corrector, Predictor};
 use crate::engine::effects::rigid_bodies::BodyMotion;
+use crate::engine::effects::shifting::Shifts;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::effects::wall_motion::WallMotions;
 use crate::engine::error::SimulationError;
@@ -87,6 +88,9 @@ fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     }
     if let Some(bodies) = &effects.rigid_bodies {
         stages.push(Box::new(BodyMotion::new(bodies.clone(), parameters, state)));
+    }
+    if let Some(shifting) = effects.shifting {
+        stages.push(Box::new(Shifts::new(shifting, parameters, state)));
     }
     stages
 }

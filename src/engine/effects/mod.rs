@@ -11,6 +11,7 @@ pub mod motion;
 pub mod no_slip;
 pub mod rheology;
 pub mod rigid_bodies;
+pub mod shifting;
 pub mod strain_rate;
 pub mod turbulence;
 pub mod viscosity;

@@ -12,6 +12,7 @@ mod pressure_options;
 mod rheology;
 pub mod rigid_bodies;
 pub mod scalar;
+mod shifting;
 mod turbulence;
 mod viscosity;
 mod wall_contact;
@@ -109,6 +110,8 @@ effects! {
     flow_boundaries: flow_boundaries::FlowBoundariesSpec,
     /// The `body` regions of a group are one rigid body, moved by the fluid.
     rigid_bodies: rigid_bodies::RigidBodiesSpec,
+    /// Particles move from where they crowd to where they are sparse.
+    shifting: shifting::ShiftingSpec,
 }
 
 /// An effect and those of which it cannot be without one, with the reason.
