@@ -252,3 +252,23 @@ fn scenes_that_contradict_themselves_about_heat_are_refused() {
         "{mixed}"
     );
 }
+
+/// The scene of the heated cavity at half its resolution: air rises along the warm wall and sinks along the cold one.
+#[test]
+fn the_heated_cavity_circulates() {
+    let sets = ["particle_distance_m=0.0018", "time_step_s=0.006", "end_time_s=0.6"].map(String::from);
+    let scene = repro::scene::library::load("heated-cavity", &sets).unwrap();
+    let particles = scene.particles("heated-cavity").unwrap();
+    assert_eq!(particles.iter().filter(|p| p.kind == Kind::Fluid).count(), 12 * 12);
+    let mut simulation = build(&scene.parameters(&particles), &particles);
+    for _ in 0..scene.steps() {
+        assert_eq!(simulation.step(&mut NoProbe).unwrap().ghosts, 0);
+    }
+    let after = simulation.particles();
+    let rise = |holds: &dyn Fn(f64) -> bool| -> f64 {
+        let near = (0..after.len()).filter(|&i| after.kind[i] == Kind::Fluid && holds(after.position[i][0]));
+        near.map(|i| after.velocity[i][1]).sum()
+    };
+    assert!(rise(&|x| x < 0.006) > 0.0 && rise(&|x| x > 0.0174) < 0.0);
+    assert!(after.temperature.iter().all(|t| (289.2..298.8).contains(t)));
+}

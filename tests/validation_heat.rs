@@ -61,3 +61,13 @@ fn dye_spreads() {
 fn dye_spreads_among_displaced_particles() {
     hold("spreading-dye-jittered");
 }
+
+#[test]
+fn air_convects_gently() {
+    hold("natural-convection-1e3");
+}
+
+#[test]
+fn air_convects() {
+    hold("natural-convection-1e4");
+}

@@ -69,6 +69,7 @@ phases! {
     Correction "correction",
     Shifting "shifting" walks,
     RigidBodies "rigid_bodies",
+    Shifting "shifting" walks,
 }
 
 impl fmt::Display for Phase {

@@ -19,6 +19,7 @@ const SCENES: &[(&str, &str)] = &[
     ("piston-wave", include_str!("../../experiments/scenes/piston-wave.toml")),
     ("rotating-cup", include_str!("../../experiments/scenes/rotating-cup.toml")),
     ("sloshing-tank", include_str!("../../experiments/scenes/sloshing-tank.toml")),
+    ("heated-cavity", include_str!("../../experiments/scenes/heated-cavity.toml")),
     ("mud-flow", include_str!("../../experiments/scenes/mud-flow.toml")),
 ];
 

@@ -10,6 +10,7 @@ pub mod flow_boundaries;
 pub mod frame;
 pub mod general;
 pub mod hydrostatics;
+pub mod natural_convection;
 pub mod plane;
 pub mod poiseuille;
 pub mod rheology;
@@ -71,6 +72,8 @@ pub const CASES: &[Case] = &[
     Case { name: "heat-flux-wall", run: conduction::flux_wall },
     Case { name: "spreading-dye", run: scalar::spreading },
     Case { name: "spreading-dye-jittered", run: scalar::jittered_spreading },
+    Case { name: "natural-convection-1e3", run: natural_convection::rayleigh_1e3 },
+    Case { name: "natural-convection-1e4", run: natural_convection::rayleigh_1e4 },
     Case { name: "frame-spiral", run: frame::spiral },
     Case { name: "rotating-cup", run: frame::rotating_cup },
     Case { name: "wavemaker", run: waves::wavemaker },

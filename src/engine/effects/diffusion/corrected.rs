@@ -74,8 +74,8 @@ impl<const N: usize> Fit<N> {
     fn add(&mut self, weight: f64, row: [f64; N], value: f64) {
         for a in 0..N {
             let scaled = weight * row[a];
-            for b in a..N {
-                self.matrix[a][b] += scaled * row[b];
+            for (m, p) in self.matrix[a][a..].iter_mut().zip(&row[a..]) {
+                *m += scaled * p;
             }
             self.right[a] += scaled * value;
         }
@@ -87,9 +87,9 @@ impl<const N: usize> Fit<N> {
         let largest = (0..N).map(|k| u[k][k]).fold(0.0, f64::max);
         for k in 0..N {
             for above in 0..k {
-                let factor = u[above][k];
-                for column in k..N {
-                    u[k][column] -= factor * u[above][column];
+                let row = u[above];
+                for (x, y) in u[k][k..].iter_mut().zip(&row[k..]) {
+                    *x -= row[k] * y;
                 }
             }
             let pivot = u[k][k];
@@ -97,9 +97,7 @@ impl<const N: usize> Fit<N> {
                 return None;
             }
             let root = pivot.sqrt();
-            for column in k..N {
-                u[k][column] /= root;
-            }
+            u[k][k..].iter_mut().for_each(|x| *x /= root);
         }
         let mut c = self.right;
         for k in 0..N {
