@@ -7,6 +7,7 @@ use std::fmt;
 pub enum Phase {
     Gravity,
     Viscosity,
+    PotentialTension,
     PairTerms,
     Move,
     Collision,
@@ -15,6 +16,7 @@ pub enum Phase {
     Relocation,
     NumberDensity,
     BoundaryCondition,
+    SurfaceTension,
     Source,
     Matrix,
     Connectivity,
@@ -27,9 +29,10 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in the order in which a step of the paper's scene first meets them.
-    pub const ALL: [Phase; 18] = [
+    pub const ALL: [Phase; 20] = [
         Phase::Gravity,
         Phase::Viscosity,
+        Phase::PotentialTension,
         Phase::PairTerms,
         Phase::Move,
         Phase::Collision,
@@ -38,6 +41,7 @@ impl Phase {
         Phase::Relocation,
         Phase::NumberDensity,
         Phase::BoundaryCondition,
+        Phase::SurfaceTension,
         Phase::Source,
         Phase::Matrix,
         Phase::Connectivity,
@@ -52,6 +56,7 @@ impl Phase {
         match self {
             Phase::Gravity => "gravity",
             Phase::Viscosity => "viscosity",
+            Phase::PotentialTension => "potential_tension",
             Phase::PairTerms => "pair_terms",
             Phase::Move => "move",
             Phase::Collision => "collision",
@@ -60,6 +65,7 @@ impl Phase {
             Phase::Relocation => "relocation",
             Phase::NumberDensity => "number_density",
             Phase::BoundaryCondition => "boundary_condition",
+            Phase::SurfaceTension => "surface_tension",
             Phase::Source => "source",
             Phase::Matrix => "matrix",
             Phase::Connectivity => "connectivity",
@@ -76,10 +82,12 @@ impl Phase {
         matches!(
             self,
             Phase::Viscosity
+                | Phase::PotentialTension
                 | Phase::PairTerms
                 | Phase::Collision
                 | Phase::WallContact
                 | Phase::NumberDensity
+                | Phase::SurfaceTension
                 | Phase::Matrix
                 | Phase::Connectivity
                 | Phase::MinimumPressure

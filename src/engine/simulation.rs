@@ -6,6 +6,7 @@ use crate::base::parallel::Workers;
 use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::motion::{Corrector, Predictor};
+use crate::engine::effects::potential_tension::PairAttraction;
 use crate::engine::effects::viscosity::ExplicitViscosity;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::error::SimulationError;
@@ -40,6 +41,10 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
         let term = ExplicitViscosity::new(viscosity, parameters);
         let radius_m = parameters.laplacian_radius_m();
         stages.push(Box::new(PairPass { term, radius_m, phase: Phase::Viscosity }));
+    }
+    if let Some(tension) = effects.potential_tension {
+        let (term, radius_m) = (PairAttraction::new(tension, parameters), tension.radius_m(parameters));
+        stages.push(Box::new(PairPass { term, radius_m, phase: Phase::PotentialTension }));
     }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {

@@ -12,6 +12,7 @@ use crate::engine::particles::Kind;
 use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Fields, Forces, Stage, State};
+use crate::engine::time_step::StepLimit;
 
 /// A neighbour `j` of particle `i`.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +57,11 @@ pub trait PairTerm: Send + Sync {
     fn bytes(&self) -> usize {
         0
     }
+
+    /// The longest step in which the term is stable, seconds, and what limits it.
+    fn longest_step(&self) -> Option<StepLimit> {
+        None
+    }
 }
 
 /// A term that may not be there: the branch goes the same way for every pair of a run.
@@ -82,6 +88,10 @@ impl<P: PairTerm> PairTerm for Option<P> {
 
     fn bytes(&self) -> usize {
         self.as_ref().map_or(0, PairTerm::bytes)
+    }
+
+    fn longest_step(&self) -> Option<StepLimit> {
+        self.as_ref().and_then(PairTerm::longest_step)
     }
 }
 
@@ -112,6 +122,13 @@ impl<A: PairTerm, B: PairTerm> PairTerm for (A, B) {
     fn bytes(&self) -> usize {
         self.0.bytes() + self.1.bytes()
     }
+
+    fn longest_step(&self) -> Option<StepLimit> {
+        match (self.0.longest_step(), self.1.longest_step()) {
+            (Some(one), Some(other)) => Some(one.or(other)),
+            (one, other) => one.or(other),
+        }
+    }
 }
 
 /// The stage that walks once over all pairs within a radius, for all its terms.
@@ -134,6 +151,10 @@ impl<C: CandidateSearch, T: DistanceTest, P: PairTerm> Stage<C, T> for PairPass<
 
     fn bytes(&self) -> usize {
         self.term.bytes()
+    }
+
+    fn longest_step(&self, _state: &State<C>) -> Option<StepLimit> {
+        self.term.longest_step()
     }
 }
 

@@ -16,7 +16,7 @@ pub struct StepLimit {
 
 impl StepLimit {
     /// The shorter of two.
-    fn or(self, other: StepLimit) -> StepLimit {
+    pub fn or(self, other: StepLimit) -> StepLimit {
         if other.time_step_s < self.time_step_s { other } else { self }
     }
 }

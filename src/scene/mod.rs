@@ -4,5 +4,6 @@ pub mod geometry;
 pub mod library;
 pub mod snapshot;
 pub mod spec;
+pub mod validation;
 
 pub use spec::Scene;

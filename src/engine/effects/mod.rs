@@ -3,5 +3,7 @@
 pub mod collision;
 pub mod gravity;
 pub mod motion;
+pub mod potential_tension;
+pub mod surface_tension;
 pub mod viscosity;
 pub mod wall_contact;

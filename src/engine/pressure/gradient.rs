@@ -34,17 +34,22 @@ impl PressureGradient {
         }
     }
 
-    /// Phase `clamp`: the solution of each unknown, negative ones as zero; zero for all other particles.
+    /// Phase `clamp`: the solution of each unknown, negative ones as zero; what `surface` says of all other particles, or
+    /// zero where it is empty.
     pub fn set_pressure<C: CandidateSearch>(
         &self,
         unknowns: &Unknowns,
         solution: &[f64],
+        surface: &[f64],
         state: &mut State<C>,
     ) {
         let team = state.workers.scheduled();
         team.fill(Rows::new(&mut state.particles.pressure), |range, pressure| {
-            for (&row, p) in unknowns.row_of[range].iter().zip(pressure) {
-                *p = if row == NONE { 0.0 } else { solution[row as usize].max(0.0) };
+            for (i, p) in range.zip(pressure) {
+                *p = match unknowns.row_of[i] {
+                    NONE => surface.get(i).map_or(0.0, |p| p.max(0.0)),
+                    row => solution[row as usize].max(0.0),
+                };
             }
         });
     }

@@ -11,6 +11,7 @@ pub mod matrix;
 pub mod number_density;
 pub mod poisson;
 
+use crate::engine::effects::surface_tension::SurfacePressure;
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
@@ -18,6 +19,7 @@ use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::preset::Options;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Stage, State};
+use crate::engine::time_step::StepLimit;
 use conjugate_gradient::{CgInfo, ConjugateGradient};
 use connectivity::Connectivity;
 use free_surface::Unknowns;
@@ -63,6 +65,8 @@ pub struct PressureReport {
 pub struct PressureSolve {
     number_density: NumberDensity,
     unknowns: Unknowns,
+    /// `None` where the free surface has no pressure.
+    tension: Option<SurfacePressure>,
     poisson: Poisson,
     connectivity: Connectivity,
     solver: ConjugateGradient,
@@ -79,6 +83,10 @@ impl PressureSolve {
         PressureSolve {
             number_density: NumberDensity::new(pressure, parameters),
             unknowns: Unknowns::new(pressure, parameters, state),
+            tension: parameters
+                .effects
+                .surface_tension
+                .map(|tension| SurfacePressure::new(tension, parameters, state)),
             poisson: Poisson::new(pressure, parameters, options.storage),
             connectivity: Connectivity::new(parameters, state),
             solver: ConjugateGradient::new(options.cg),
@@ -89,11 +97,19 @@ impl PressureSolve {
 
 impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
-        let PressureSolve { number_density, unknowns, poisson, connectivity, solver, gradient } = self;
+        let PressureSolve { number_density, unknowns, tension, poisson, connectivity, solver, gradient } =
+            self;
         state.refresh(probe)?;
         within(probe, Phase::NumberDensity, || number_density.sum::<C, T>(state))?;
         within(probe, Phase::BoundaryCondition, || unknowns.find(state));
-        within(probe, Phase::Source, || poisson.set_source(unknowns, state));
+        if let Some(tension) = tension {
+            within(probe, Phase::SurfaceTension, || tension.find::<C, T>(&unknowns.label, state));
+        }
+        let surface: &[f64] = tension.as_ref().map_or(&[], |tension| &tension.pressure);
+        within(probe, Phase::Source, || {
+            poisson.set_source(unknowns, state);
+            poisson.add_surface_pressure::<C, T>(surface, unknowns, state);
+        });
         within(probe, Phase::Matrix, || poisson.assemble::<C, T>(unknowns, state));
         let enclosed = within(probe, Phase::Connectivity, || {
             let enclosed = connectivity.find_enclosed::<C, T>(unknowns, state);
@@ -102,19 +118,24 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
         });
         let cg = within(probe, Phase::Cg, || solver.solve(poisson, &state.workers))
             .map_err(|source| SimulationError::Solver { step: state.step, source })?;
-        within(probe, Phase::Clamp, || gradient.set_pressure(unknowns, solver.solution(), state));
+        within(probe, Phase::Clamp, || gradient.set_pressure(unknowns, solver.solution(), surface, state));
         within(probe, Phase::MinimumPressure, || gradient.find_minimum::<C, T>(unknowns, state));
         within(probe, Phase::PressureGradient, || gradient.accelerate::<C, T>(unknowns, state))?;
-        let (rows, surface) = (unknowns.rows.len(), unknowns.surface_count());
-        state.pressure = Some(PressureReport { cg, unknowns: rows, surface, enclosed });
+        let (rows, on_surface) = (unknowns.rows.len(), unknowns.surface_count());
+        state.pressure = Some(PressureReport { cg, unknowns: rows, surface: on_surface, enclosed });
         Ok(())
     }
 
     fn bytes(&self) -> usize {
         self.unknowns.bytes()
+            + self.tension.as_ref().map_or(0, SurfacePressure::bytes)
             + self.poisson.bytes()
             + self.connectivity.bytes()
             + self.solver.bytes()
             + self.gradient.bytes()
+    }
+
+    fn longest_step(&self, _state: &State<C>) -> Option<StepLimit> {
+        self.tension.as_ref().map(SurfacePressure::longest_step)
     }
 }

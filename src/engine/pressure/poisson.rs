@@ -4,6 +4,7 @@
 //! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
 //!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
 
+use crate::base::parallel::Rows;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
@@ -55,6 +56,30 @@ impl Poisson {
         self.source.clear();
         self.source.extend(unknowns.rows.iter().map(|&i| relaxation * ((n[i as usize] - n0) / n0)));
         self.quiet = unknowns.rows.iter().all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
+    }
+
+    /// Adds the known pressures of surface particles, which are zero where `surface` is empty: `b_i += sum_j c_ij p_j`.
+    pub fn add_surface_pressure<C: CandidateSearch, T: DistanceTest>(
+        &mut self,
+        surface: &[f64],
+        unknowns: &Unknowns,
+        state: &State<C>,
+    ) {
+        if surface.is_empty() {
+            return;
+        }
+        let (near, kernel, coefficient) = (state.neighborhood(), self.kernel, self.coefficient);
+        let Unknowns { label, rows, .. } = unknowns;
+        state.team().fill(Rows::new(&mut self.source), |range, source| {
+            for (b, &i) in source.iter_mut().zip(&rows[range]) {
+                near.for_each_neighbor::<T>(i as usize, kernel.radius_m, |j, _, r| {
+                    if label[j] == Label::Surface {
+                        *b += coefficient * kernel.weight(r) * surface[j];
+                    }
+                });
+            }
+        });
+        self.quiet = self.quiet && surface.iter().all(|&p| p == 0.0);
     }
 
     /// Phase `matrix`.

@@ -3,7 +3,9 @@
 
 mod collision;
 mod gravity;
+mod potential_tension;
 mod pressure;
+mod surface_tension;
 mod viscosity;
 mod wall_contact;
 
@@ -67,19 +69,25 @@ effects! {
     gravity: gravity::GravitySpec,
     /// Viscosity of a Newtonian fluid, explicit in time.
     viscosity: viscosity::ViscositySpec,
+    /// Surface tension by attraction between particles.
+    potential_tension: potential_tension::PotentialTensionSpec,
     /// Particles that come too close collide.
     collision: collision::CollisionSpec,
     /// Fluid does not pass the plane of a wall's surface.
     wall_contact: wall_contact::WallContactSpec,
+    /// Surface tension by the curvature of the free surface.
+    surface_tension: surface_tension::SurfaceTensionSpec,
     /// Incompressibility.
     pressure: pressure::PressureSpec,
 }
 
 /// An effect and one that it cannot be without, with the reason.
-const NEEDS: [(&str, &str, &str); 0] = [];
+const NEEDS: [(&str, &str, &str); 1] =
+    [("surface_tension", "pressure", "the curvature decides the pressure of the free surface")];
 
 /// Two effects that exclude each other, with the reason.
-const EXCLUDES: [(&str, &str, &str); 0] = [];
+const EXCLUDES: [(&str, &str, &str); 1] =
+    [("potential_tension", "surface_tension", "both are the tension of the same surface")];
 
 impl EffectsSpec {
     /// Refuses effects without what they need, and those that contradict each other.
