@@ -45,7 +45,7 @@ fn pressure() -> Option<Pressure> {
         surface_threshold: 0.97,
         source_relaxation: 0.2,
         compressibility_1_pa: 0.45e-9,
-        kernel_floor: None,
+        ..Pressure::default()
     })
 }
 

@@ -8,6 +8,7 @@ pub enum Phase {
     Gravity,
     Viscosity,
     PotentialTension,
+    SurfaceTension,
     PairTerms,
     Move,
     Collision,
@@ -16,7 +17,6 @@ pub enum Phase {
     Relocation,
     NumberDensity,
     BoundaryCondition,
-    SurfaceTension,
     Source,
     Matrix,
     Connectivity,
@@ -33,6 +33,7 @@ impl Phase {
         Phase::Gravity,
         Phase::Viscosity,
         Phase::PotentialTension,
+        Phase::SurfaceTension,
         Phase::PairTerms,
         Phase::Move,
         Phase::Collision,
@@ -41,7 +42,6 @@ impl Phase {
         Phase::Relocation,
         Phase::NumberDensity,
         Phase::BoundaryCondition,
-        Phase::SurfaceTension,
         Phase::Source,
         Phase::Matrix,
         Phase::Connectivity,
@@ -57,6 +57,7 @@ impl Phase {
             Phase::Gravity => "gravity",
             Phase::Viscosity => "viscosity",
             Phase::PotentialTension => "potential_tension",
+            Phase::SurfaceTension => "surface_tension",
             Phase::PairTerms => "pair_terms",
             Phase::Move => "move",
             Phase::Collision => "collision",
@@ -65,7 +66,6 @@ impl Phase {
             Phase::Relocation => "relocation",
             Phase::NumberDensity => "number_density",
             Phase::BoundaryCondition => "boundary_condition",
-            Phase::SurfaceTension => "surface_tension",
             Phase::Source => "source",
             Phase::Matrix => "matrix",
             Phase::Connectivity => "connectivity",
@@ -83,11 +83,11 @@ impl Phase {
             self,
             Phase::Viscosity
                 | Phase::PotentialTension
+                | Phase::SurfaceTension
                 | Phase::PairTerms
                 | Phase::Collision
                 | Phase::WallContact
                 | Phase::NumberDensity
-                | Phase::SurfaceTension
                 | Phase::Matrix
                 | Phase::Connectivity
                 | Phase::MinimumPressure

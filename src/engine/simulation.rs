@@ -7,6 +7,7 @@ use crate::engine::columns::Visitor;
 use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::motion::{Corrector, Predictor};
 use crate::engine::effects::potential_tension::PairAttraction;
+use crate::engine::effects::surface_tension::Lacking;
 use crate::engine::effects::viscosity::ExplicitViscosity;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::error::SimulationError;
@@ -45,6 +46,9 @@ fn stages<C: CandidateSearch, T: DistanceTest>(
     if let Some(tension) = effects.potential_tension {
         let (term, radius_m) = (PairAttraction::new(tension, parameters), tension.radius_m(parameters));
         stages.push(Box::new(PairPass { term, radius_m, phase: Phase::PotentialTension }));
+    }
+    if let Some(tension) = effects.surface_tension {
+        stages.push(Box::new(Lacking::new(tension, parameters, state)));
     }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {

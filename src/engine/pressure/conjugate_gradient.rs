@@ -3,9 +3,11 @@
 //! It starts from zero and stops when the residual of its recurrence, `|A p - b|` in the 2-norm, is at most
 //! `tolerance |b|`. The true residual is computed at the end: a recurrence that drifted away from it is an error, never
 //! a silent acceptance. Dot products run in fixed blocks of [`BLOCK`] rows that are added in order, so that the bits do
-//! not depend on the number of threads.
+//! not depend on the number of threads. On parts of the fluid without a surface every product is projected onto the
+//! complement of the constants, where the source already is, and so are all vectors.
 
 use crate::base::parallel::{Rows, Team, Workers};
+use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::poisson::Poisson;
 
 /// Rows of a block of a dot product.
@@ -95,12 +97,27 @@ impl ConjugateGradient {
         &self.solution
     }
 
-    /// Solves the system of this step.
-    pub fn solve(&mut self, poisson: &Poisson, workers: &Workers) -> Result<CgInfo, CgError> {
-        let team = match self.params.mode {
+    fn team<'a>(&self, workers: &'a Workers) -> Team<'a> {
+        match self.params.mode {
             CgMode::Serial => Team::SERIAL,
             CgMode::Parallel => workers.shared_evenly(),
-        };
+        }
+    }
+
+    /// Makes the pressures of each part without a surface start from zero.
+    pub fn make_minima_zero(&mut self, parts: &mut EnclosedParts, workers: &Workers) {
+        let team = self.team(workers);
+        parts.subtract_minima(&mut self.solution, team);
+    }
+
+    /// Solves the system of this step.
+    pub fn solve(
+        &mut self,
+        poisson: &Poisson,
+        parts: &mut EnclosedParts,
+        workers: &Workers,
+    ) -> Result<CgInfo, CgError> {
+        let team = self.team(workers);
         self.start(&poisson.source, team, workers);
         if poisson.quiet {
             return Ok(CgInfo::default());
@@ -118,11 +135,14 @@ impl ConjugateGradient {
             if !(curvature > 0.0 && curvature.is_finite()) {
                 return Err(CgError::NotPositiveDefinite { curvature, iteration: iterations });
             }
+            if !parts.is_empty() {
+                parts.subtract_means(&mut self.product, team);
+            }
             let before = norm2;
             norm2 = self.advance(before / curvature, team);
             self.turn(norm2 / before, team);
         }
-        let residual = self.true_residual(poisson, team) / source_norm2.sqrt();
+        let residual = self.true_residual(poisson, parts, team) / source_norm2.sqrt();
         if residual > self.params.acceptable() || !residual.is_finite() {
             return Err(CgError::NotConverged { residual, iterations });
         }
@@ -204,14 +224,18 @@ impl ConjugateGradient {
         });
     }
 
-    /// `|A solution - b|`.
-    fn true_residual(&mut self, poisson: &Poisson, team: Team<'_>) -> f64 {
+    /// `|A solution - b|`, without what lies in the null space.
+    fn true_residual(&mut self, poisson: &Poisson, parts: &mut EnclosedParts, team: Team<'_>) -> f64 {
         let solution = &self.solution;
         team.fill(Rows::of_width(&mut self.residual, BLOCK), |blocks, residual| {
             for (row, residual) in (blocks.start * BLOCK..).zip(residual) {
                 *residual = poisson.matrix.row_product(row, solution) - poisson.source[row];
             }
         });
+        if !parts.is_empty() {
+            parts.subtract_means(&mut self.solution, team);
+            parts.subtract_means(&mut self.residual, team);
+        }
         blocked_dot(&self.residual, &self.residual, &mut self.partial, team).sqrt()
     }
 

@@ -154,6 +154,11 @@ impl SparseMatrix {
         longest.into_inner()
     }
 
+    /// The columns of a row's entries beside the diagonal.
+    pub fn row_columns(&self, row: usize) -> &[u32] {
+        &self.columns[self.start[row]..self.start[row] + self.len[row] as usize]
+    }
+
     /// `(A x)_row`, summed in four interleaved strands: the same order whoever computes it.
     #[inline]
     pub fn row_product(&self, row: usize, x: &[f64]) -> f64 {

@@ -5,13 +5,16 @@
 
 pub mod conjugate_gradient;
 pub mod connectivity;
+pub mod divergence;
+pub mod enclosed;
 pub mod free_surface;
 pub mod gradient;
 pub mod matrix;
 pub mod number_density;
+pub mod options;
 pub mod poisson;
+pub mod truncated;
 
-use crate::engine::effects::surface_tension::SurfacePressure;
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
@@ -19,12 +22,13 @@ use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::preset::Options;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Stage, State};
-use crate::engine::time_step::StepLimit;
 use conjugate_gradient::{CgInfo, ConjugateGradient};
 use connectivity::Connectivity;
+use enclosed::EnclosedParts;
 use free_surface::Unknowns;
 use gradient::PressureGradient;
 use number_density::NumberDensity;
+use options::{Clamp, Enclosed, Gradient, Source, Surface};
 use poisson::Poisson;
 
 /// Constants of the pressure equation.
@@ -32,13 +36,35 @@ use poisson::Poisson;
 pub struct Pressure {
     /// `beta`: below this share of `n0` a particle is on the free surface.
     pub surface_threshold: f64,
-    /// `gamma`: the share of a density error that one step's source corrects.
+    /// `gamma`: the share of a density error that one step's source corrects; unused with [`Source::Divergence`].
     pub source_relaxation: f64,
     /// `alpha`, 1/Pa.
     pub compressibility_1_pa: f64,
     /// Distance in particle distances below which a pair counts as that far apart in number density, matrix and
     /// gradient. The reference lattice has no such pair, so `n0` and `lambda` stay.
     pub kernel_floor: Option<f64>,
+    pub source: Source,
+    pub gradient: Gradient,
+    pub surface: Surface,
+    pub clamp: Clamp,
+    pub enclosed: Enclosed,
+}
+
+/// The textbook's.
+impl Default for Pressure {
+    fn default() -> Self {
+        Pressure {
+            surface_threshold: 0.97,
+            source_relaxation: 0.2,
+            compressibility_1_pa: 0.45e-9,
+            kernel_floor: None,
+            source: Source::default(),
+            gradient: Gradient::default(),
+            surface: Surface::default(),
+            clamp: Clamp::default(),
+            enclosed: Enclosed::default(),
+        }
+    }
 }
 
 impl Pressure {
@@ -58,6 +84,8 @@ pub struct PressureReport {
     pub surface: usize,
     /// Inner particles without a path to the free surface.
     pub enclosed: usize,
+    /// How many parts they make up; counted only where their constants are projected out.
+    pub enclosed_parts: usize,
 }
 
 /// The stage and all its columns.
@@ -65,10 +93,13 @@ pub struct PressureReport {
 pub struct PressureSolve {
     number_density: NumberDensity,
     unknowns: Unknowns,
-    /// `None` where the free surface has no pressure.
-    tension: Option<SurfacePressure>,
     poisson: Poisson,
     connectivity: Connectivity,
+    /// Stays empty where enclosed rows are anchored.
+    parts: EnclosedParts,
+    enclosed: Enclosed,
+    /// Whether the pressures of an enclosed part start from zero instead of having the mean zero.
+    from_zero: bool,
     solver: ConjugateGradient,
     gradient: PressureGradient,
 }
@@ -81,61 +112,77 @@ impl PressureSolve {
         state: &State<C>,
     ) -> Self {
         PressureSolve {
-            number_density: NumberDensity::new(pressure, parameters),
+            number_density: NumberDensity::new(pressure, parameters, state),
             unknowns: Unknowns::new(pressure, parameters, state),
-            tension: parameters
-                .effects
-                .surface_tension
-                .map(|tension| SurfacePressure::new(tension, parameters, state)),
             poisson: Poisson::new(pressure, parameters, options.storage),
             connectivity: Connectivity::new(parameters, state),
+            parts: EnclosedParts::default(),
+            enclosed: pressure.enclosed,
+            from_zero: pressure.clamp == Clamp::Everywhere,
             solver: ConjugateGradient::new(options.cg),
             gradient: PressureGradient::new(pressure, parameters, state),
         }
+    }
+
+    /// Phase `connectivity`: makes the system of enclosed rows one that has a solution; returns how many they are.
+    fn settle_enclosed<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) -> usize {
+        let PressureSolve { unknowns, poisson, connectivity, parts, .. } = self;
+        let enclosed = connectivity.find_enclosed::<C, T>(unknowns, state);
+        match self.enclosed {
+            Enclosed::Anchor => poisson.anchor(enclosed),
+            Enclosed::Project => {
+                parts.find(enclosed, unknowns.rows.len(), &poisson.matrix);
+                poisson.project(parts, state.workers.shared_evenly(), state.time_step_s);
+            }
+        }
+        enclosed.len()
+    }
+
+    /// Phase `source`.
+    fn set_source<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
+        self.poisson.set_source::<C, T>(&self.unknowns, state);
+        self.poisson.find_missing::<C, T>(&self.unknowns, state);
+    }
+
+    /// Phase `cg`.
+    fn solve<C: CandidateSearch>(&mut self, state: &State<C>) -> Result<CgInfo, SimulationError> {
+        let PressureSolve { poisson, parts, solver, .. } = self;
+        let cg = solver
+            .solve(poisson, parts, &state.workers)
+            .map_err(|source| SimulationError::Solver { step: state.step, source })?;
+        if self.from_zero && !parts.is_empty() {
+            solver.make_minima_zero(parts, &state.workers);
+        }
+        Ok(cg)
     }
 }
 
 impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
-        let PressureSolve { number_density, unknowns, tension, poisson, connectivity, solver, gradient } =
-            self;
         state.refresh(probe)?;
-        within(probe, Phase::NumberDensity, || number_density.sum::<C, T>(state))?;
-        within(probe, Phase::BoundaryCondition, || unknowns.find(state));
-        if let Some(tension) = tension {
-            within(probe, Phase::SurfaceTension, || tension.find::<C, T>(&unknowns.label, state));
-        }
-        let surface: &[f64] = tension.as_ref().map_or(&[], |tension| &tension.pressure);
-        within(probe, Phase::Source, || {
-            poisson.set_source(unknowns, state);
-            poisson.add_surface_pressure::<C, T>(surface, unknowns, state);
-        });
-        within(probe, Phase::Matrix, || poisson.assemble::<C, T>(unknowns, state));
-        let enclosed = within(probe, Phase::Connectivity, || {
-            let enclosed = connectivity.find_enclosed::<C, T>(unknowns, state);
-            poisson.anchor(enclosed);
-            enclosed.len()
-        });
-        let cg = within(probe, Phase::Cg, || solver.solve(poisson, &state.workers))
-            .map_err(|source| SimulationError::Solver { step: state.step, source })?;
-        within(probe, Phase::Clamp, || gradient.set_pressure(unknowns, solver.solution(), surface, state));
+        within(probe, Phase::NumberDensity, || self.number_density.sum::<C, T>(state))?;
+        let asymmetry = &self.number_density.asymmetry;
+        within(probe, Phase::BoundaryCondition, || self.unknowns.find(asymmetry, state));
+        within(probe, Phase::Source, || self.set_source::<C, T>(state));
+        within(probe, Phase::Matrix, || self.poisson.assemble::<C, T>(&self.unknowns, state));
+        let enclosed = within(probe, Phase::Connectivity, || self.settle_enclosed::<C, T>(state));
+        let cg = within(probe, Phase::Cg, || self.solve(state))?;
+        let PressureSolve { unknowns, solver, gradient, parts, .. } = self;
+        within(probe, Phase::Clamp, || gradient.set_pressure::<C, T>(unknowns, solver.solution(), state));
         within(probe, Phase::MinimumPressure, || gradient.find_minimum::<C, T>(unknowns, state));
         within(probe, Phase::PressureGradient, || gradient.accelerate::<C, T>(unknowns, state))?;
-        let (rows, on_surface) = (unknowns.rows.len(), unknowns.surface_count());
-        state.pressure = Some(PressureReport { cg, unknowns: rows, surface: on_surface, enclosed });
+        let (rows, surface, enclosed_parts) = (unknowns.rows.len(), unknowns.surface_count(), parts.count());
+        state.pressure = Some(PressureReport { cg, unknowns: rows, surface, enclosed, enclosed_parts });
         Ok(())
     }
 
     fn bytes(&self) -> usize {
-        self.unknowns.bytes()
-            + self.tension.as_ref().map_or(0, SurfacePressure::bytes)
+        self.number_density.bytes()
+            + self.unknowns.bytes()
             + self.poisson.bytes()
             + self.connectivity.bytes()
+            + self.parts.bytes()
             + self.solver.bytes()
             + self.gradient.bytes()
-    }
-
-    fn longest_step(&self, _state: &State<C>) -> Option<StepLimit> {
-        self.tension.as_ref().map(SurfacePressure::longest_step)
     }
 }

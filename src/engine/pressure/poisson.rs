@@ -1,16 +1,20 @@
 //! The pressure Poisson equation of one step, `A p = b` over the inner particles.
 //!
-//! * Source `b_i = gamma / dt^2 (n_i - n0) / n0`, Pa/m2 per (kg/m3).
+//! * Source `b_i = gamma / dt^2 (n_i - n0) / n0`, Pa/m2 per (kg/m3), or that of [`divergence`](super::divergence).
 //! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
 //!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
 
-use crate::base::parallel::Rows;
+use crate::base::parallel::Team;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
+use crate::engine::pressure::divergence::DivergenceSource;
+use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::pressure::matrix::{SparseMatrix, Storage};
-use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::pressure::options::{Source, Surface};
+use crate::engine::pressure::truncated::Truncated;
+use crate::engine::search::{CandidateSearch, DistanceTest, NONE};
 use crate::engine::stage::State;
 
 /// A number density this close to `n0`, relative to it, is no density error: a block in free fall has rounding noise
@@ -28,9 +32,13 @@ pub struct Poisson {
     source_relaxation: f64,
     /// `n0` of the number density.
     n0: f64,
+    /// `None` where the source is the density's.
+    divergence: Option<DivergenceSource>,
+    /// `None` where the pressure of surface particles is zero.
+    truncated: Option<Truncated>,
     pub matrix: SparseMatrix,
     pub source: Vec<f64>,
-    /// Whether every density error is rounding noise.
+    /// Whether the whole source is rounding noise.
     pub quiet: bool,
 }
 
@@ -43,6 +51,13 @@ impl Poisson {
             compressibility_1_pa: pressure.compressibility_1_pa,
             source_relaxation: pressure.source_relaxation,
             n0: parameters.reference(parameters.number_density_radius_m()).number_density,
+            divergence: match pressure.source {
+                Source::Density => None,
+                Source::Divergence { density_feedback_s } => {
+                    Some(DivergenceSource::new(density_feedback_s, pressure, parameters))
+                }
+            },
+            truncated: (pressure.surface == Surface::Truncated).then(|| Truncated::new(pressure, parameters)),
             matrix: SparseMatrix::new(storage, lattice.neighbors),
             source: Vec::new(),
             quiet: true,
@@ -50,7 +65,11 @@ impl Poisson {
     }
 
     /// Phase `source`.
-    pub fn set_source<C: CandidateSearch>(&mut self, unknowns: &Unknowns, state: &State<C>) {
+    pub fn set_source<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
+        if let Some(divergence) = self.divergence {
+            divergence.set::<C, T>(&mut self.source, unknowns, state);
+            return self.note_noise(state.time_step_s);
+        }
         let (n, n0) = (&state.particles.number_density, self.n0);
         let relaxation = self.source_relaxation / (state.time_step_s * state.time_step_s);
         self.source.clear();
@@ -58,28 +77,20 @@ impl Poisson {
         self.quiet = unknowns.rows.iter().all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
     }
 
-    /// Adds the known pressures of surface particles, which are zero where `surface` is empty: `b_i += sum_j c_ij p_j`.
-    pub fn add_surface_pressure<C: CandidateSearch, T: DistanceTest>(
+    /// Finds what the neighbourhoods of all rows lack, if that counts.
+    pub fn find_missing<C: CandidateSearch, T: DistanceTest>(
         &mut self,
-        surface: &[f64],
         unknowns: &Unknowns,
         state: &State<C>,
     ) {
-        if surface.is_empty() {
-            return;
+        if let Some(truncated) = &mut self.truncated {
+            truncated.find::<C, T>(self.kernel, unknowns, state);
         }
-        let (near, kernel, coefficient) = (state.neighborhood(), self.kernel, self.coefficient);
-        let Unknowns { label, rows, .. } = unknowns;
-        state.team().fill(Rows::new(&mut self.source), |range, source| {
-            for (b, &i) in source.iter_mut().zip(&rows[range]) {
-                near.for_each_neighbor::<T>(i as usize, kernel.radius_m, |j, _, r| {
-                    if label[j] == Label::Surface {
-                        *b += coefficient * kernel.weight(r) * surface[j];
-                    }
-                });
-            }
-        });
-        self.quiet = self.quiet && surface.iter().all(|&p| p == 0.0);
+    }
+
+    /// Sets `quiet`: `dt^2 b` is what density errors the step would make, relative to `n0`.
+    fn note_noise(&mut self, dt: f64) {
+        self.quiet = self.source.iter().all(|b| (dt * dt * b).abs() <= QUIET);
     }
 
     /// Phase `matrix`.
@@ -88,6 +99,20 @@ impl Poisson {
         let Unknowns { label, rows, row_of, .. } = unknowns;
         let (kernel, coefficient) = (self.kernel, self.coefficient);
         let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
+        if let Some(Truncated { missing, .. }) = &self.truncated {
+            self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
+                let mut sum = coefficient * missing[row];
+                near.for_each_neighbor::<T>(rows[row] as usize, kernel.radius_m, |j, _, r| {
+                    if row_of[j] != NONE {
+                        let c = coefficient * kernel.weight(r);
+                        sum += c;
+                        entries.push(row_of[j], -c);
+                    }
+                });
+                sum + compressibility
+            });
+            return;
+        }
         self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
             let mut sum = 0.0;
             near.for_each_neighbor::<T>(rows[row] as usize, kernel.radius_m, |j, _, r| match label[j] {
@@ -103,6 +128,14 @@ impl Poisson {
         });
     }
 
+    /// Takes the part out of the source that no pressure can fulfil where there is no surface.
+    pub fn project(&mut self, parts: &mut EnclosedParts, team: Team<'_>, time_step_s: f64) {
+        if !parts.is_empty() {
+            parts.subtract_means(&mut self.source, team);
+            self.note_noise(time_step_s);
+        }
+    }
+
     /// Doubles the diagonal of rows without a path to a known pressure, whose system would be singular but for the
     /// compressibility.
     pub fn anchor(&mut self, enclosed: &[u32]) {
@@ -112,6 +145,8 @@ impl Poisson {
     }
 
     pub fn bytes(&self) -> usize {
-        self.matrix.bytes() + self.source.capacity() * size_of::<f64>()
+        self.matrix.bytes()
+            + self.source.capacity() * size_of::<f64>()
+            + self.truncated.as_ref().map_or(0, Truncated::bytes)
     }
 }

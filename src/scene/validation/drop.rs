@@ -20,7 +20,7 @@ use crate::engine::simulation::{self, Simulation, Start};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Model {
     Potential,
-    Curvature,
+    Lack,
 }
 
 /// A drop and the fluid that it is of.
@@ -70,11 +70,8 @@ impl Drop {
                     radius,
                     wetting: 0.5,
                 }),
-                surface_tension: (self.model == Model::Curvature).then_some(SurfaceTension {
-                    surface_tension_n_m: tension,
-                    radius,
-                    wetting: 0.5,
-                }),
+                surface_tension: (self.model == Model::Lack)
+                    .then_some(SurfaceTension { surface_tension_n_m: tension, radius }),
                 collision: self.collision,
                 pressure: Some(self.pressure),
                 ..Effects::default()

@@ -5,6 +5,7 @@ mod collision;
 mod gravity;
 mod potential_tension;
 mod pressure;
+mod pressure_options;
 mod surface_tension;
 mod viscosity;
 mod wall_contact;
@@ -75,15 +76,14 @@ effects! {
     collision: collision::CollisionSpec,
     /// Fluid does not pass the plane of a wall's surface.
     wall_contact: wall_contact::WallContactSpec,
-    /// Surface tension by the curvature of the free surface.
+    /// Surface tension by what particles lack at the free surface.
     surface_tension: surface_tension::SurfaceTensionSpec,
     /// Incompressibility.
     pressure: pressure::PressureSpec,
 }
 
 /// An effect and one that it cannot be without, with the reason.
-const NEEDS: [(&str, &str, &str); 1] =
-    [("surface_tension", "pressure", "the curvature decides the pressure of the free surface")];
+const NEEDS: [(&str, &str, &str); 0] = [];
 
 /// Two effects that exclude each other, with the reason.
 const EXCLUDES: [(&str, &str, &str); 1] =

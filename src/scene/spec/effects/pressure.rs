@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::pressure_options::{ClampSpec, EnclosedSpec, GradientSpec, SourceSpec, SurfaceSpec};
 use crate::base::input::{Check, InputError};
 use crate::engine::pressure::Pressure;
 use crate::scene::Scene;
@@ -16,6 +17,17 @@ pub struct PressureSpec {
     pub compressibility_1_pa: f64,
     /// In particle distances.
     pub kernel_floor: Option<f64>,
+    /// Where the source comes from: `"density"`, or `{ kind = "divergence", density_feedback_s = ... }`.
+    #[serde(default)]
+    pub source: SourceSpec,
+    #[serde(default)]
+    pub gradient: GradientSpec,
+    #[serde(default)]
+    pub surface: SurfaceSpec,
+    #[serde(default)]
+    pub clamp: ClampSpec,
+    #[serde(default)]
+    pub enclosed: EnclosedSpec,
 }
 
 impl EffectTable for PressureSpec {
@@ -33,6 +45,9 @@ impl EffectTable for PressureSpec {
             let allowed = "allowed are numbers above 0 up to 1; without the key there is no floor";
             check.require(floor > 0.0 && floor <= 1.0, &format!("{key}.kernel_floor"), floor, allowed)?;
         }
+        if let SourceSpec::Divergence(divergence) = &self.source {
+            check.positive(&format!("{key}.source.density_feedback_s"), divergence.density_feedback_s)?;
+        }
         Ok(())
     }
 
@@ -42,6 +57,11 @@ impl EffectTable for PressureSpec {
             source_relaxation: self.source_relaxation,
             compressibility_1_pa: self.compressibility_1_pa,
             kernel_floor: self.kernel_floor,
+            source: self.source.to_engine(),
+            gradient: self.gradient.to_engine(),
+            surface: self.surface.to_engine(),
+            clamp: self.clamp.to_engine(),
+            enclosed: self.enclosed.to_engine(),
         }
     }
 }

@@ -1,0 +1,67 @@
+//! The source from the velocity's divergence: `b_i = -(1 / dt) div u_i + (1 / (tau dt)) (n_i - n0) / n0`, Pa/m2 per
+//! (kg/m3).
+//!
+//! `div u_i = (D / n0) sum_j (u_j - u_i) . r_ij w(r_ij, re_n) / r_ij^2` with the velocities after the explicit half of the
+//! step; everyone within `re_n` takes part, walls with the velocity that they have. After the correction the divergence is
+//! `(n - n0) / (tau n0)`, so that a density error decays as `exp(-t / tau)` however long the steps are. A feedback of a
+//! share `gamma / dt^2` of the error, as the textbook's, grows without bound as steps become shorter. Steps longer than
+//! `tau` take the whole error back at once. Tanaka & Masunaga 2010 with a time in place of their share.
+
+use crate::base::parallel::Rows;
+use crate::base::vec3::{dot, sub};
+use crate::engine::kernel::Kernel;
+use crate::engine::parameters::Parameters;
+use crate::engine::pressure::Pressure;
+use crate::engine::pressure::free_surface::{Label, Unknowns};
+use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::stage::State;
+
+#[derive(Debug, Clone, Copy)]
+pub struct DivergenceSource {
+    kernel: Kernel,
+    /// `D / n0`.
+    factor: f64,
+    n0: f64,
+    /// `tau`, seconds.
+    feedback_s: f64,
+}
+
+impl DivergenceSource {
+    pub fn new(feedback_s: f64, pressure: Pressure, parameters: &Parameters) -> Self {
+        let radius_m = parameters.number_density_radius_m();
+        let n0 = parameters.reference(radius_m).number_density;
+        DivergenceSource {
+            kernel: pressure.kernel(radius_m, parameters),
+            factor: parameters.dimensions.count() / n0,
+            n0,
+            feedback_s,
+        }
+    }
+
+    /// Writes the source of each row.
+    pub fn set<C: CandidateSearch, T: DistanceTest>(
+        &self,
+        source: &mut Vec<f64>,
+        unknowns: &Unknowns,
+        state: &State<C>,
+    ) {
+        let (near, rows, dt) = (state.neighborhood(), &unknowns.rows, state.time_step_s);
+        let (n, u) = (&state.particles.number_density, &state.particles.velocity);
+        let (kernel, feedback_1_s) = (self.kernel, 1.0 / self.feedback_s.max(dt));
+        source.resize(rows.len(), 0.0);
+        state.team().fill(Rows::new(source), |range, source| {
+            for (&i, b) in rows[range].iter().zip(source) {
+                let i = i as usize;
+                let mut sum = 0.0;
+                near.for_each_neighbor::<T>(i, kernel.radius_m, |j, r_ij, r| {
+                    let r = kernel.distance(r);
+                    sum += dot(sub(u[j], u[i]), r_ij) * (kernel.weight(r) / (r * r));
+                });
+                let error = (n[i] - self.n0) / self.n0;
+                // On the surface neighbours are missing; too many of them are an error there as well.
+                let error = if unknowns.label[i] == Label::Surface { error.max(0.0) } else { error };
+                *b = (feedback_1_s * error - self.factor * sum) / dt;
+            }
+        });
+    }
+}
