@@ -11,6 +11,8 @@ const SCENES: [(&str, &str); 6] = [
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),
     ("falling-block", include_str!("../../experiments/scenes/falling-block.toml")),
     ("lone-particle", include_str!("../../experiments/scenes/lone-particle.toml")),
+    ("drop-impact", include_str!("../../experiments/scenes/drop-impact.toml")),
+    ("oscillating-drop", include_str!("../../experiments/scenes/oscillating-drop.toml")),
     ("leaver", include_str!("../../experiments/scenes/leaver.toml")),
     ("coincident-pair", include_str!("../../experiments/scenes/coincident-pair.toml")),
 ];

@@ -1,4 +1,5 @@
-//! A free drop in a plane, in units of its radius, density and surface tension: `R = rho = sigma = 1`.
+//! A free drop in a plane, in units of its radius, density and surface tension, `R = rho = sigma = 1`; and what is
+//! measured of it.
 
 use std::sync::Arc;
 
@@ -14,133 +15,138 @@ use crate::engine::particles::{InitialParticle, Kind, Particles};
 use crate::engine::phase::NoProbe;
 use crate::engine::preset::Preset;
 use crate::engine::pressure::Pressure;
-use crate::engine::simulation::{self, Simulation, Start};
+use crate::engine::pressure::options::{Clamp, Gradient, Source, Surface};
+use crate::engine::simulation::{self, Start};
 
 /// How tension is modelled.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Model {
     Potential,
     Lack,
+}
+
+impl Model {
+    pub const ALL: [Model; 2] = [Model::Potential, Model::Lack];
+
+    /// The effect by name.
+    pub fn effect(self) -> &'static str {
+        match self {
+            Model::Potential => "potential_tension",
+            Model::Lack => "surface_tension",
+        }
+    }
 }
 
 /// A drop and the fluid that it is of.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drop {
     pub model: Model,
+    /// `sigma`: 1, or 0 for a drop without tension.
     pub surface_tension: f64,
     /// Particle distances in the radius.
     pub particles_per_radius: u32,
     /// `nu / sqrt(sigma R / rho)`; none where it is zero.
     pub viscosity: f64,
-    pub radius: Option<f64>,
-    /// What share of the capillary limit a step is.
-    pub safety: f64,
-    pub pressure: Pressure,
-    pub collision: Option<Collision>,
-    pub gradient_radius: f64,
-    pub laplacian_radius: f64,
 }
 
+/// The share of the capillary limit that a step is.
+const SAFETY: f64 = 0.5;
+/// Time in which a density error decays, in units of `sqrt(rho l0^3 / sigma)`.
+const FEEDBACK: f64 = 5.8;
+
 impl Drop {
+    pub fn new(model: Model, particles_per_radius: u32, viscosity: f64) -> Drop {
+        Drop { model, surface_tension: 1.0, particles_per_radius, viscosity }
+    }
+
     pub fn particle_distance(&self) -> f64 {
         1.0 / f64::from(self.particles_per_radius)
     }
 
-    /// The engine's parameters, in a domain that reaches `reach` radii in each direction from the middle.
-    pub fn parameters(&self, reach: f64) -> Parameters {
-        let (tension, radius) = (self.surface_tension, self.radius);
+    /// The pressure solve that keeps a free drop together: nothing jumps at its surface, and momentum and energy are
+    /// kept.
+    fn pressure(&self) -> Pressure {
+        let l0 = self.particle_distance();
+        Pressure {
+            source: Source::Divergence { density_feedback_s: FEEDBACK * (l0 * l0 * l0).sqrt() },
+            gradient: Gradient::Pairwise,
+            surface: Surface::Truncated,
+            clamp: Clamp::Never,
+            ..Pressure::default()
+        }
+    }
+
+    /// The engine's parameters, in a domain that reaches four radii in each direction from the middle.
+    pub fn parameters(&self) -> Parameters {
+        let surface_tension_n_m = self.surface_tension;
+        let potential = PotentialTension { surface_tension_n_m, radius: None, wetting: 0.5 };
+        let lack = SurfaceTension { surface_tension_n_m, radius: None };
+        let viscosity = Viscosity { kinematic_viscosity_m2_s: self.viscosity };
         let mut parameters = Parameters {
             dimensions: Dimensions::Two,
             particle_distance_m: self.particle_distance(),
             time_step_s: 0.0,
             adaptive: None,
             density_kg_m3: 1.0,
-            radii: Radii {
-                number_density: 2.1,
-                gradient: self.gradient_radius,
-                laplacian: self.laplacian_radius,
-            },
-            domain: Domain::new([-reach, -reach, 0.0], [reach, reach, 0.0]),
+            radii: Radii { number_density: 2.1, gradient: 2.1, laplacian: 3.1 },
+            domain: Domain::new([-4.0, -4.0, 0.0], [4.0, 4.0, 0.0]),
             groups: Vec::new(),
             effects: Effects {
-                viscosity: (self.viscosity > 0.0)
-                    .then_some(Viscosity { kinematic_viscosity_m2_s: self.viscosity }),
-                potential_tension: (self.model == Model::Potential).then_some(PotentialTension {
-                    surface_tension_n_m: tension,
-                    radius,
-                    wetting: 0.5,
-                }),
-                surface_tension: (self.model == Model::Lack)
-                    .then_some(SurfaceTension { surface_tension_n_m: tension, radius }),
-                collision: self.collision,
-                pressure: Some(self.pressure),
+                viscosity: (self.viscosity > 0.0).then_some(viscosity),
+                potential_tension: (self.model == Model::Potential).then_some(potential),
+                surface_tension: (self.model == Model::Lack).then_some(lack),
+                collision: Some(Collision { distance: 0.5, restitution: 0.2 }),
+                pressure: Some(self.pressure()),
                 ..Effects::default()
             },
         };
-        parameters.time_step_s = self.safety * capillary_limit_s(tension, &parameters);
+        parameters.time_step_s = SAFETY * capillary_limit_s(1.0, &parameters);
         parameters
     }
 
-    /// Particles on rings around the middle, as far apart along a ring as the rings are.
-    pub fn rings(&self) -> Vec<InitialParticle> {
-        let l0 = self.particle_distance();
-        let mut particles = vec![InitialParticle::at_rest(Kind::Fluid, [0.0; 3])];
-        for ring in 1..self.particles_per_radius {
-            let radius = f64::from(ring) * l0;
-            let count = (std::f64::consts::TAU * f64::from(ring)).round();
-            for k in 0..count as u32 {
-                // The golden angle turns the rings against each other.
-                let angle = std::f64::consts::TAU * f64::from(k) / count + 2.39996 * f64::from(ring);
-                let position = [radius * angle.cos(), radius * angle.sin(), 0.0];
-                particles.push(InitialParticle::at_rest(Kind::Fluid, position));
-            }
-        }
-        particles
-    }
-
-    /// Particles of the square lattice around the middle for which `inside` holds.
-    pub fn lattice(&self, inside: impl Fn(f64, f64) -> bool) -> Vec<InitialParticle> {
+    /// Particles of the square lattice around the middle for which `inside` holds, each with its velocity.
+    pub fn lattice(
+        &self,
+        inside: impl Fn(f64, f64) -> bool,
+        velocity: impl Fn(f64, f64) -> Vec3,
+    ) -> Vec<InitialParticle> {
         let (l0, reach) = (self.particle_distance(), 3 * self.particles_per_radius as i32);
         let mut particles = Vec::new();
         for ix in -reach..reach {
             for iy in -reach..reach {
                 let [x, y] = [ix, iy].map(|k| (f64::from(k) + 0.5) * l0);
                 if inside(x, y) {
-                    particles.push(InitialParticle::at_rest(Kind::Fluid, [x, y, 0.0]));
+                    let at_rest = InitialParticle::at_rest(Kind::Fluid, [x, y, 0.0]);
+                    particles.push(InitialParticle { velocity: velocity(x, y), ..at_rest });
                 }
             }
         }
         particles
     }
 
-    /// A simulation of `particles`.
-    pub fn simulation(&self, particles: &[InitialParticle]) -> Result<Box<dyn Simulation>, String> {
-        simulate(&self.parameters(4.0), particles)
+    /// The radius of a circle with the area of so many particles.
+    pub fn radius_of(&self, particles: usize) -> f64 {
+        self.particle_distance() * (particles as f64 / std::f64::consts::PI).sqrt()
     }
-}
 
-/// A simulation on one thread.
-pub fn simulate(
-    parameters: &Parameters,
-    particles: &[InitialParticle],
-) -> Result<Box<dyn Simulation>, String> {
-    let workers = Workers::new(1, Schedule::Static, &[]).map_err(|error| error.to_string())?;
-    let start = Start { particles, steps_done: 0 };
-    let options = Preset::PAPER_LINKED_LIST.options();
-    simulation::build(parameters, &options, start, Arc::new(workers)).map_err(|error| error.to_string())
-}
-
-/// Runs up to a time and shows the particles after each step.
-pub fn run(
-    simulation: &mut dyn Simulation,
-    until: f64,
-    mut look: impl FnMut(f64, &Particles),
-) -> Result<(), String> {
-    loop {
-        let report = simulation.step(&mut NoProbe).map_err(|error| error.to_string())?;
-        look(report.time_s, simulation.particles());
-        if report.time_s >= until {
-            return Ok(());
+    /// Runs `particles` up to a time and shows them after each step.
+    pub fn run(
+        &self,
+        particles: &[InitialParticle],
+        until: f64,
+        mut look: impl FnMut(f64, &Particles),
+    ) -> Result<(), String> {
+        let workers = Workers::new(1, Schedule::Static, &[]).map_err(|error| error.to_string())?;
+        let start = Start { particles, steps_done: 0 };
+        let options = Preset::PAPER_LINKED_LIST.options();
+        let mut simulation = simulation::build(&self.parameters(), &options, start, Arc::new(workers))
+            .map_err(|error| error.to_string())?;
+        loop {
+            let report = simulation.step(&mut NoProbe).map_err(|error| error.to_string())?;
+            look(report.time_s, simulation.particles());
+            if report.time_s >= until {
+                return Ok(());
+            }
         }
     }
 }

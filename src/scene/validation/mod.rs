@@ -1,6 +1,7 @@
 //! Cases with known answers, one file a family: what each effect is held to.
 
 pub mod drop;
+pub mod tension;
 
 /// What a case found.
 #[derive(Debug, Clone, PartialEq)]
