@@ -100,3 +100,24 @@ fn impossible_tensions_are_refused() {
     let alone = ["effects.surface_tension=false", potential, angle];
     refused(&alone, &["effects.potential_tension.contact_angle_deg", "0 to 180"]);
 }
+
+/// A coefficient of zero is the same as no tension.
+#[test]
+fn no_tension_is_as_good_as_none_named() {
+    for model in Model::ALL {
+        let drop = Drop { surface_tension: 0.0, ..Drop::new(model, 6, 0.0) };
+        let particles = drop.lattice(|x, y| x * x + y * y < 1.0, |x, y| [0.1 * x, -0.1 * y, 0.0]);
+        let mut parameters = drop.parameters();
+        let mut with_zero = simulation(&parameters, &particles);
+        parameters.effects.potential_tension = None;
+        parameters.effects.surface_tension = None;
+        let mut without = simulation(&parameters, &particles);
+        for _ in 0..5 {
+            with_zero.step(&mut NoProbe).unwrap();
+            without.step(&mut NoProbe).unwrap();
+        }
+        let pairs = with_zero.particles().velocity.iter().zip(&without.particles().velocity);
+        let differs = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).any(|d| (a[d] - b[d]).abs() > 1e-14);
+        assert!(!pairs.into_iter().any(differs), "{model:?}");
+    }
+}

@@ -6,7 +6,7 @@ use crate::base::input::InputError;
 use crate::scene::Scene;
 
 /// Name and text of each scene.
-const SCENES: [(&str, &str); 6] = [
+const SCENES: [(&str, &str); 8] = [
     ("dam-break", include_str!("../../experiments/scenes/dam-break.toml")),
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),
     ("falling-block", include_str!("../../experiments/scenes/falling-block.toml")),
