@@ -30,7 +30,7 @@ use crate::engine::time_step::StepLimit;
 /// `b`: how full a neighbourhood inside the fluid is at least.
 const FULL: f64 = 0.97;
 
-/// `re` where a scene names none: below it, layers beneath the surface count for too little (see `scene/validation/drop.rs`).
+/// `re` where a scene names none: below it, layers beneath the surface count for too little (see `scene/validation/tension.rs`).
 const RADIUS: f64 = 4.1;
 
 /// Tension of the fluid's surface by what particles lack there.

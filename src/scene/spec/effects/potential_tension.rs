@@ -39,7 +39,7 @@ pub(super) fn check_tension(
 
 /// Refuses radii without neighbours, and endless ones.
 pub(super) fn check_radius(check: Check<'_>, key: &str, radius: Option<f64>) -> Result<(), InputError> {
-    let allowed = "allowed are radii from 1.5 to 10 particle distances; without the key `radii.laplacian`";
+    let allowed = "allowed are radii from 1.5 to 10 particle distances; without the key the default";
     let radius = radius.unwrap_or(2.0);
     check.require((1.5..=10.0).contains(&radius), &format!("{key}.radius"), radius, allowed)
 }
