@@ -8,9 +8,11 @@ use crate::engine::effects::flow_boundaries::FlowBoundaries;
 use crate::engine::effects::frame::Frame;
 use crate::engine::effects::gravity::Gravity;
 use crate::engine::effects::implicit_viscosity::ImplicitViscosity;
+use crate::engine::effects::potential_tension::PotentialTension;
 use crate::engine::effects::rheology::Rheology;
 use crate::engine::effects::rigid_bodies::RigidBodies;
 use crate::engine::effects::shifting::Shifting;
+use crate::engine::effects::surface_tension::SurfaceTension;
 use crate::engine::effects::turbulence::Turbulence;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::effects::wall_contact::WallContact;
@@ -123,8 +125,10 @@ pub struct Effects {
     pub implicit_viscosity: Option<ImplicitViscosity>,
     pub rheology: Option<Rheology>,
     pub turbulence: Option<Turbulence>,
+    pub potential_tension: Option<PotentialTension>,
     pub collision: Option<Collision>,
     pub wall_contact: Option<WallContact>,
+    pub surface_tension: Option<SurfaceTension>,
     pub pressure: Option<Pressure>,
     pub frame: Option<Frame>,
     pub wall_motion: Option<WallMotion>,
@@ -152,8 +156,10 @@ impl Parameters {
     /// The largest radius, metres: what the buckets around a particle must reach.
     pub fn largest_radius_m(&self) -> f64 {
         let contact_m = self.effects.wall_contact.map_or(0.0, |c| c.radius() * self.particle_distance_m);
+        let attraction_m = self.effects.potential_tension.map_or(0.0, |tension| tension.radius_m(self));
+        let colour_m = self.effects.surface_tension.map_or(0.0, |tension| tension.radius_m(self));
         let radii = [self.number_density_radius_m(), self.gradient_radius_m(), self.laplacian_radius_m()];
-        radii.into_iter().fold(contact_m, f64::max)
+        radii.into_iter().chain([attraction_m, colour_m]).fold(contact_m, f64::max)
     }
 
     /// The reference sums `n0` and `lambda` for a radius in metres.

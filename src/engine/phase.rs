@@ -50,6 +50,7 @@ phases! {
     Viscosity "viscosity" walks,
     Heat "heat" walks,
     Scalar "scalar" walks,
+    PotentialTension "potential_tension" walks,
     PairTerms "pair_terms" walks,
     ImplicitViscosity "implicit_viscosity",
     Move "move",
@@ -59,6 +60,7 @@ phases! {
     Relocation "relocation",
     NumberDensity "number_density" walks,
     BoundaryCondition "boundary_condition",
+    SurfaceTension "surface_tension" walks,
     Source "source",
     Matrix "matrix" walks,
     Connectivity "connectivity" walks,
@@ -69,7 +71,6 @@ phases! {
     Correction "correction",
     Shifting "shifting" walks,
     RigidBodies "rigid_bodies",
-    Shifting "shifting" walks,
 }
 
 impl fmt::Display for Phase {

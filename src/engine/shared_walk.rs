@@ -2,6 +2,7 @@
 
 use crate::engine::effects::diffusion::lattice::LatticeDiffusion;
 use crate::engine::effects::diffusion::{Carried, Diffusion, Laplacian};
+use crate::engine::effects::potential_tension::PairAttraction;
 use crate::engine::effects::viscosity::{ExplicitViscosity, PairViscosity};
 use crate::engine::parameters::Parameters;
 use crate::engine::phase::Phase;
@@ -14,7 +15,7 @@ use crate::engine::viscous_stages::{ExplicitTerm, explicit_term};
 /// All terms that may share a walk. Those that are not there cost a branch a pair that always goes the same way.
 type Joined = (
     (Option<ExplicitViscosity>, Option<PairViscosity>),
-    (Option<LatticeDiffusion>, Option<LatticeDiffusion>),
+    ((Option<LatticeDiffusion>, Option<LatticeDiffusion>), Option<PairAttraction>),
 );
 
 /// What a walk is shared by.
@@ -23,6 +24,7 @@ pub struct SharedWalk {
     pub viscosity: bool,
     pub temperature: bool,
     pub concentration: bool,
+    pub tension: bool,
 }
 
 impl SharedWalk {
@@ -36,16 +38,20 @@ impl SharedWalk {
             viscosity: effects.viscosity.is_some(),
             temperature: on_lattice(&effects.heat),
             concentration: on_lattice(&effects.scalar),
+            tension: effects
+                .potential_tension
+                .is_some_and(|tension| tension.radius_m(parameters) == parameters.laplacian_radius_m()),
         };
-        let count = [members.viscosity, members.temperature, members.concentration].map(usize::from);
+        let SharedWalk { viscosity, temperature, concentration, tension } = members;
+        let count = [viscosity, temperature, concentration, tension].map(usize::from).iter().sum::<usize>();
         match options.pair_terms {
-            PairTerms::Shared if count.iter().sum::<usize>() > 1 => members,
-            _ => SharedWalk { viscosity: false, temperature: false, concentration: false },
+            PairTerms::Shared if count > 1 => members,
+            _ => SharedWalk { viscosity: false, temperature: false, concentration: false, tension: false },
         }
     }
 
     pub fn is_empty(self) -> bool {
-        !(self.viscosity || self.temperature || self.concentration)
+        !(self.viscosity || self.temperature || self.concentration || self.tension)
     }
 
     /// The stage of the shared walk.
@@ -62,11 +68,16 @@ impl SharedWalk {
             let diffusion = diffusion.as_ref().filter(|_| member);
             diffusion.map(|diffusion| LatticeDiffusion::new(carried, diffusion, parameters))
         };
+        let tension = effects.potential_tension.filter(|_| self.tension);
+        let tension = tension.map(|tension| PairAttraction::new(tension, parameters));
         let term: Joined = (
             (uniform, variable),
             (
-                diffusion(Carried::Temperature, &effects.heat, self.temperature),
-                diffusion(Carried::Concentration, &effects.scalar, self.concentration),
+                (
+                    diffusion(Carried::Temperature, &effects.heat, self.temperature),
+                    diffusion(Carried::Concentration, &effects.scalar, self.concentration),
+                ),
+                tension,
             ),
         );
         Box::new(PairPass { term, radius_m: parameters.laplacian_radius_m(), phase: Phase::PairTerms })

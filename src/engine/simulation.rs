@@ -10,14 +10,16 @@ use crate::engine::effects::diffusion::{self, Carried};
 use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_outside};
 use crate::engine::effects::frame::FrameAcceleration;
 use crate::engine::effects::motion::{Corrector, Predictor};
+use crate::engine::effects::potential_tension::PairAttraction;
 use crate::engine::effects::rigid_bodies::BodyMotion;
 use crate::engine::effects::shifting::Shifts;
+use crate::engine::effects::surface_tension::Lacking;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::effects::wall_motion::WallMotions;
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
-use crate::engine::phase::Probe;
+use crate::engine::phase::{Phase, Probe};
 use crate::engine::preset::{Options, Search, Test};
 use crate::engine::pressure::conjugate_gradient::CgInfo;
 use crate::engine::pressure::{PressureReport, PressureSolve};
@@ -29,6 +31,7 @@ use crate::engine::search::periodic::Periodic;
 use crate::engine::search::{CandidateSearch, DistanceTest, RootFirst, SquaredFirst};
 use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::{Stage, State};
+use crate::engine::terms::PairPass;
 use crate::engine::time_step::{Adaptive, StepLimit};
 use crate::engine::viscous_stages;
 
@@ -74,6 +77,13 @@ fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     }
     if let Some(scalar) = &effects.scalar {
         stages.push(Box::new(Advance::new(Carried::Concentration, scalar, parameters)));
+    }
+    if let Some(tension) = effects.potential_tension.filter(|_| !shared.tension) {
+        let (term, radius_m) = (PairAttraction::new(tension, parameters), tension.radius_m(parameters));
+        stages.push(Box::new(PairPass { term, radius_m, phase: Phase::PotentialTension }));
+    }
+    if let Some(tension) = effects.surface_tension {
+        stages.push(Box::new(Lacking::new(tension, parameters, state)));
     }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {

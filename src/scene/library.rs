@@ -12,6 +12,8 @@ const SCENES: &[(&str, &str)] = &[
     ("still-water", include_str!("../../experiments/scenes/still-water.toml")),
     ("falling-block", include_str!("../../experiments/scenes/falling-block.toml")),
     ("lone-particle", include_str!("../../experiments/scenes/lone-particle.toml")),
+    ("drop-impact", include_str!("../../experiments/scenes/drop-impact.toml")),
+    ("oscillating-drop", include_str!("../../experiments/scenes/oscillating-drop.toml")),
     ("leaver", include_str!("../../experiments/scenes/leaver.toml")),
     ("coincident-pair", include_str!("../../experiments/scenes/coincident-pair.toml")),
     ("filling-mould", include_str!("../../experiments/scenes/filling-mould.toml")),

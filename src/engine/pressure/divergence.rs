@@ -15,7 +15,7 @@ use crate::base::vec3::{ZERO, add_scaled, dot, sub};
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
-use crate::engine::pressure::free_surface::Unknowns;
+use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::pressure::moment::Moment;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::State;
@@ -76,6 +76,8 @@ impl DivergenceSource {
                     divergence = (1.0 - share) * divergence + share * corrected;
                 }
                 let error = (n[i] - self.n0) / self.n0;
+                // On the surface neighbours are missing; too many of them are an error there as well.
+                let error = if unknowns.label[i] == Label::Surface { error.max(0.0) } else { error };
                 *b = (feedback_1_s * error - divergence) / dt;
             }
         });

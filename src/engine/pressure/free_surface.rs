@@ -4,6 +4,7 @@ use crate::base::parallel::Rows;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
 use crate::engine::pressure::Pressure;
+use crate::engine::pressure::options::Surface;
 use crate::engine::search::{CandidateSearch, NONE};
 use crate::engine::stage::State;
 
@@ -33,6 +34,8 @@ pub struct Unknowns {
     threshold: f64,
     /// [`SPARSE`] `n0`.
     sparse: f64,
+    /// Whether particles on the surface have rows as well.
+    truncated: bool,
     pub label: Vec<Label>,
     /// The particle of each row, ascending.
     pub rows: Vec<u32>,
@@ -47,6 +50,7 @@ impl Unknowns {
         Unknowns {
             threshold: pressure.surface_threshold * reference.number_density,
             sparse: SPARSE * reference.number_density,
+            truncated: pressure.surface == Surface::Truncated,
             label: state.workers.column(count, Label::Outside),
             rows: Vec::with_capacity(count),
             row_of: state.workers.column(count, NONE),
@@ -73,7 +77,7 @@ impl Unknowns {
         self.rows.clear();
         for (i, (&label, row)) in self.label.iter().zip(&mut self.row_of).enumerate() {
             *row = NONE;
-            if label == Label::Inner {
+            if label == Label::Inner || (self.truncated && label == Label::Surface) {
                 *row = self.rows.len() as u32;
                 self.rows.push(i as u32);
             }

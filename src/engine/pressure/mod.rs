@@ -14,6 +14,7 @@ pub mod moment;
 pub mod number_density;
 pub mod options;
 pub mod poisson;
+pub mod truncated;
 
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::Kernel;
@@ -141,6 +142,12 @@ impl PressureSolve {
         enclosed.len()
     }
 
+    /// Phase `source`.
+    fn set_source<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
+        self.poisson.set_source::<C, T>(&self.unknowns, state);
+        self.poisson.find_missing::<C, T>(&self.unknowns, state);
+    }
+
     /// Phase `cg`.
     fn solve<C: CandidateSearch>(&mut self, state: &State<C>) -> Result<CgInfo, SimulationError> {
         let PressureSolve { poisson, parts, solver, .. } = self;
@@ -160,7 +167,7 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
         within(probe, Phase::NumberDensity, || self.number_density.sum::<C, T>(state))?;
         let asymmetry = &self.number_density.asymmetry;
         within(probe, Phase::BoundaryCondition, || self.unknowns.find(asymmetry, state));
-        within(probe, Phase::Source, || self.poisson.set_source::<C, T>(&self.unknowns, state));
+        within(probe, Phase::Source, || self.set_source::<C, T>(state));
         within(probe, Phase::Matrix, || self.poisson.assemble::<C, T>(&self.unknowns, state));
         let enclosed = within(probe, Phase::Connectivity, || self.settle_enclosed::<C, T>(state));
         let cg = within(probe, Phase::Cg, || self.solve(state))?;

@@ -28,7 +28,9 @@ impl NumberDensity {
             particle_distance_m: parameters.particle_distance_m,
             asymmetry: match pressure.surface {
                 Surface::Density => Vec::new(),
-                Surface::DensityAndAsymmetry => state.workers.column(state.particles.len(), 0.0),
+                Surface::DensityAndAsymmetry | Surface::Truncated => {
+                    state.workers.column(state.particles.len(), 0.0)
+                }
             },
         }
     }

@@ -26,6 +26,8 @@ pub enum Gradient {
     Consistent,
     /// Antisymmetric in a pair: keeps linear momentum to rounding.
     Conservative,
+    /// On the sum of a pair's pressures: antisymmetric as well, and the counterpart of the divergence.
+    Pairwise,
 }
 
 /// Who is on the free surface.
@@ -36,6 +38,9 @@ pub enum Surface {
     Density,
     /// Of those, the ones whose neighbours lie to one side, and the ones with very few.
     DensityAndAsymmetry,
+    /// The same, but their pressures are unknown: what is missing around a particle counts as neighbours with the pressure
+    /// of the surface.
+    Truncated,
 }
 
 /// Whose negative pressure counts as zero.

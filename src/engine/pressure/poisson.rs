@@ -13,8 +13,9 @@ use crate::engine::pressure::divergence::DivergenceSource;
 use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::pressure::matrix::{SparseMatrix, Storage};
-use crate::engine::pressure::options::Source;
-use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::pressure::options::{Source, Surface};
+use crate::engine::pressure::truncated::Truncated;
+use crate::engine::search::{CandidateSearch, DistanceTest, NONE};
 use crate::engine::stage::State;
 
 /// A number density this close to `n0`, relative to it, is no density error: a block in free fall has rounding noise
@@ -59,6 +60,8 @@ pub struct Poisson {
     n0: f64,
     /// `None` where the source is the density's.
     divergence: Option<DivergenceSource>,
+    /// `None` where the pressure of surface particles is zero.
+    truncated: Option<Truncated>,
     pub matrix: SparseMatrix,
     pub source: Vec<f64>,
     /// Whether the whole source is rounding noise.
@@ -84,6 +87,7 @@ impl Poisson {
                     Some(DivergenceSource::new(density_feedback_s, pressure, parameters))
                 }
             },
+            truncated: (pressure.surface == Surface::Truncated).then(|| Truncated::new(pressure, parameters)),
             matrix: SparseMatrix::new(storage, lattice.neighbors),
             source: Vec::new(),
             quiet: true,
@@ -101,6 +105,17 @@ impl Poisson {
         self.source.clear();
         self.source.extend(unknowns.rows.iter().map(|&i| relaxation * ((n[i as usize] - n0) / n0)));
         self.quiet = unknowns.rows.iter().all(|&i| (n[i as usize] - n0).abs() <= QUIET * n0);
+    }
+
+    /// Finds what the neighbourhoods of all rows lack, if that counts.
+    pub fn find_missing<C: CandidateSearch, T: DistanceTest>(
+        &mut self,
+        unknowns: &Unknowns,
+        state: &State<C>,
+    ) {
+        if let Some(truncated) = &mut self.truncated {
+            truncated.find::<C, T>(self.kernel, unknowns, state);
+        }
     }
 
     /// Sets `quiet`: `dt^2 b` is what density errors the step would make, relative to `n0`.
@@ -131,6 +146,21 @@ impl Poisson {
         let Unknowns { label, rows, row_of, .. } = unknowns;
         let kernel = self.kernel;
         let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
+        if let Some(Truncated { missing, .. }) = &self.truncated {
+            self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
+                let i = rows[row] as usize;
+                let mut sum = coefficient(i, i) * missing[row];
+                near.for_each_neighbor::<T>(i, kernel.radius_m, |j, _, r| {
+                    if row_of[j] != NONE {
+                        let c = coefficient(i, j) * kernel.weight(r);
+                        sum += c;
+                        entries.push(row_of[j], -c);
+                    }
+                });
+                sum + compressibility
+            });
+            return;
+        }
         self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
             let (i, mut sum) = (rows[row] as usize, 0.0);
             near.for_each_neighbor::<T>(i, kernel.radius_m, |j, _, r| match label[j] {
@@ -163,6 +193,8 @@ impl Poisson {
     }
 
     pub fn bytes(&self) -> usize {
-        self.matrix.bytes() + self.source.capacity() * size_of::<f64>()
+        self.matrix.bytes()
+            + self.source.capacity() * size_of::<f64>()
+            + self.truncated.as_ref().map_or(0, Truncated::bytes)
     }
 }

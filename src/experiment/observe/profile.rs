@@ -26,7 +26,7 @@ pub struct Profile {
 impl Profile {
     /// `None` where there is no pressure, no gravity along -y, or where walls do not hold the fluid on all sides.
     pub fn new(initial: &[InitialParticle], parameters: &Parameters, surface_m: f64) -> Option<Self> {
-        parameters.effects.pressure?;
+        parameters.effects.pressure.as_ref()?;
         let [gx, gy, gz] = parameters.effects.gravity?.acceleration_m_s2;
         let fluid = || initial.iter().filter(|p| p.kind == Kind::Fluid);
         let count = fluid().count() as f64;

@@ -52,7 +52,9 @@ impl Scene {
     }
 
     pub fn surface_tension_n_m(&self) -> Option<f64> {
-        self.fluid.surface_tension_n_m
+        let curvature = self.effects.surface_tension.as_ref().map(|table| table.surface_tension_n_m);
+        let potential = self.effects.potential_tension.as_ref().map(|table| table.surface_tension_n_m);
+        curvature.or(potential).or(self.fluid.surface_tension_n_m)
     }
 
     pub fn thermal_diffusivity_m2_s(&self) -> Option<f64> {

@@ -6,6 +6,7 @@ pub mod channel;
 pub mod conduction;
 pub mod couette;
 pub mod decay;
+pub mod drop;
 pub mod flow_boundaries;
 pub mod frame;
 pub mod general;
@@ -19,6 +20,7 @@ pub mod scalar;
 pub mod standing_wave;
 pub mod startup;
 pub mod taylor_green;
+pub mod tension;
 pub mod turbulence;
 pub mod waves;
 
@@ -97,4 +99,7 @@ pub const CASES: &[Case] = &[
     Case { name: "taylor-green", run: taylor_green::regular },
     Case { name: "taylor-green-jittered", run: taylor_green::jittered },
     Case { name: "standing-wave", run: standing_wave::first_mode },
+    Case { name: "laplace-jump", run: tension::laplace },
+    Case { name: "drop-period", run: tension::rayleigh },
+    Case { name: "square-drop", run: tension::rounding },
 ];

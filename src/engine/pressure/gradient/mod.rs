@@ -5,6 +5,7 @@
 mod conservative;
 mod corrected;
 mod minimum;
+mod pairwise;
 
 use crate::base::parallel::{FirstIndex, Rows};
 use crate::base::vec3::{Vec3, add_scaled, is_finite};
@@ -20,6 +21,7 @@ use crate::engine::stage::State;
 use conservative::Conservative;
 use corrected::{Consistent, Corrected, Sums};
 use minimum::Minimum;
+use pairwise::Pairwise;
 
 /// A form of the gradient.
 trait Form: Sync {
@@ -151,6 +153,7 @@ impl PressureGradient {
             Gradient::Minimum => self.add::<C, T>(&Minimum(around), state, &broken),
             Gradient::Corrected => self.add::<C, T>(&Corrected(self.sums(around)), state, &broken),
             Gradient::Consistent => self.add::<C, T>(&Consistent(self.sums(around)), state, &broken),
+            Gradient::Pairwise => self.add::<C, T>(&Pairwise(around), state, &broken),
             Gradient::Conservative => self.add::<C, T>(&Conservative(around), state, &broken),
         }
         state.particles.pressure = pressure;

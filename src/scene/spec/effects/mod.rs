@@ -7,12 +7,14 @@ mod flow_boundaries;
 mod frame;
 mod gravity;
 pub mod heat;
+mod potential_tension;
 mod pressure;
 mod pressure_options;
 mod rheology;
 pub mod rigid_bodies;
 pub mod scalar;
 mod shifting;
+mod surface_tension;
 mod turbulence;
 mod viscosity;
 mod wall_contact;
@@ -96,10 +98,14 @@ effects! {
     rheology: rheology::RheologySpec,
     /// Eddy viscosity below the particle distance (Smagorinsky).
     turbulence: turbulence::TurbulenceSpec,
+    /// Surface tension by attraction between particles.
+    potential_tension: potential_tension::PotentialTensionSpec,
     /// Particles that come too close collide.
     collision: collision::CollisionSpec,
     /// Fluid does not pass the plane of a wall's surface.
     wall_contact: wall_contact::WallContactSpec,
+    /// Surface tension by what particles lack at the free surface.
+    surface_tension: surface_tension::SurfaceTensionSpec,
     /// Incompressibility.
     pressure: pressure::PressureSpec,
     /// The scene is seen from a tank that is shaken or turns.
@@ -125,8 +131,10 @@ const NEEDS: [(&str, &[&str], &str); 4] = [
 const VISCOSITIES: [&str; 2] = ["viscosity", "implicit_viscosity"];
 
 /// Two effects that exclude each other, with the reason.
-const EXCLUDES: [(&str, &str, &str); 1] =
-    [("viscosity", "implicit_viscosity", "viscosity is computed once, explicitly or implicitly")];
+const EXCLUDES: [(&str, &str, &str); 2] = [
+    ("viscosity", "implicit_viscosity", "viscosity is computed once, explicitly or implicitly"),
+    ("potential_tension", "surface_tension", "both are the tension of the same surface"),
+];
 
 impl EffectsSpec {
     /// An effect of `named` with those that cannot be without it, in the order of the list.

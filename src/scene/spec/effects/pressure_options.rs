@@ -88,6 +88,7 @@ choice! {
         Corrected = "With the inverse moment matrix, on differences from the smallest pressure around.",
         Consistent = "With the inverse moment matrix, right for a linear pressure; needs shifting.",
         Conservative = "Antisymmetric in a pair: keeps linear momentum to rounding.",
+        Pairwise = "On the sum of a pair's pressures: keeps momentum, and no energy is made.",
     }
 }
 
@@ -96,6 +97,7 @@ choice! {
     SurfaceSpec: Surface {
         Density = "Whoever has a low number density.",
         DensityAndAsymmetry = "Of those, the ones whose neighbours lie to one side, and the ones with very few.",
+        Truncated = "The same, with unknown pressures: what is missing around them has the pressure of the surface.",
     }
 }
 
