@@ -69,7 +69,6 @@ phases! {
     Correction "correction",
     Shifting "shifting" walks,
     RigidBodies "rigid_bodies",
-    Shifting "shifting" walks,
 }
 
 impl fmt::Display for Phase {
