@@ -67,8 +67,8 @@ phases! {
     MinimumPressure "minimum_pressure" walks,
     PressureGradient "pressure_gradient" walks,
     Correction "correction",
-    Shifting "shifting" walks,
     RigidBodies "rigid_bodies",
+    Shifting "shifting" walks,
 }
 
 impl fmt::Display for Phase {
