@@ -69,7 +69,6 @@ phases! {
     MinimumPressure "minimum_pressure" walks,
     PressureGradient "pressure_gradient" walks,
     Correction "correction",
-    Shifting "shifting" walks,
     RigidBodies "rigid_bodies",
 }
 
