@@ -137,6 +137,22 @@ pub struct Effects {
     pub shifting: Option<Shifting>,
 }
 
+impl Effects {
+    /// Whether the scene names nothing beyond the textbook's step: gravity, one viscosity, collisions, contact with walls,
+    /// pressure.
+    pub fn are_the_textbooks(&self) -> bool {
+        let textbook = Effects {
+            gravity: self.gravity,
+            viscosity: self.viscosity.clone().filter(Viscosity::is_the_textbooks),
+            collision: self.collision,
+            wall_contact: self.wall_contact,
+            pressure: self.pressure.clone(),
+            ..Effects::default()
+        };
+        *self == textbook
+    }
+}
+
 impl Parameters {
     /// `re_n` in metres.
     pub fn number_density_radius_m(&self) -> f64 {

@@ -70,6 +70,7 @@ phases! {
     PressureGradient "pressure_gradient" walks,
     Correction "correction",
     RigidBodies "rigid_bodies",
+    Shifting "shifting" walks,
 }
 
 impl fmt::Display for Phase {

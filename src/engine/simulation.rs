@@ -35,13 +35,44 @@ use crate::engine::terms::PairPass;
 use crate::engine::time_step::{Adaptive, StepLimit};
 use crate::engine::viscous_stages;
 
-/// The stages of one step, in order: the semi-implicit MPS method. A stage that the scene does not call for is not in
-/// the list, has no phase and no columns.
+/// The stages of one step of the textbook's semi-implicit MPS method, in order. A stage that the scene does not call for is
+/// not in the list, has no phase and no columns.
+fn textbook_stages<C: CandidateSearch + 'static, T: DistanceTest>(
+    parameters: &Parameters,
+    options: &Options,
+    state: &State<C>,
+) -> Vec<Box<dyn Stage<C, T>>> {
+    let effects = &parameters.effects;
+    let mut stages: Vec<Box<dyn Stage<C, T>>> = Vec::new();
+    if let Some(gravity) = effects.gravity {
+        stages.push(Box::new(gravity));
+    }
+    if let Some(viscosity) = &effects.viscosity {
+        stages.push(viscous_stages::explicit(viscosity, parameters));
+    }
+    stages.push(Box::new(Predictor));
+    if let Some(collision) = effects.collision {
+        stages.push(Box::new(Collisions::new(collision, parameters, state)));
+    }
+    if let Some(contact) = effects.wall_contact {
+        stages.push(Box::new(WallContacts::new(contact, parameters, state)));
+    }
+    if let Some(pressure) = &effects.pressure {
+        stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
+        stages.push(Box::new(Corrector));
+    }
+    stages
+}
+
+/// The same with every effect that a scene may name.
 fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     parameters: &Parameters,
     options: &Options,
     state: &State<C>,
 ) -> Vec<Box<dyn Stage<C, T>>> {
+    if parameters.effects.are_the_textbooks() {
+        return textbook_stages(parameters, options, state);
+    }
     let effects = &parameters.effects;
     let mut stages: Vec<Box<dyn Stage<C, T>>> = Vec::new();
     if let Some(boundaries) = &effects.flow_boundaries {
@@ -237,49 +268,42 @@ pub struct Start<'a> {
     pub steps_done: usize,
 }
 
-/// Builds the simulation that `parameters` describe, computed as `options` say by `workers`.
+/// Builds the simulation that `parameters` describe, computed as `options` say by `workers`. Roots before the distance test
+/// are the paper's own way: they are compiled for the textbook's effects and its two searches; all else compares squares.
 pub fn build(
     parameters: &Parameters,
     options: &Options,
     start: Start<'_>,
     workers: Arc<Workers>,
 ) -> Result<Box<dyn Simulation>, BadDomain> {
+    let textbook = parameters.effects.are_the_textbooks() && parameters.domain.periodic == [false; 3];
+    let root_first = textbook && options.distance_test == Test::Sqrt;
+    let plan = (parameters, options, start, workers);
     match options.search {
-        Search::LinkedList => with_ends::<LinkedList>(parameters, options, start, workers),
-        Search::AosRelocation => with_ends::<AosRelocation>(parameters, options, start, workers),
-        Search::BruteForce => with_ends::<BruteForce>(parameters, options, start, workers),
+        Search::LinkedList if root_first => composed(textbook_stages::<LinkedList, RootFirst>, plan),
+        Search::AosRelocation if root_first => composed(textbook_stages::<AosRelocation, RootFirst>, plan),
+        Search::LinkedList => with_ends::<LinkedList>(plan),
+        Search::AosRelocation => with_ends::<AosRelocation>(plan),
+        Search::BruteForce => with_ends::<BruteForce>(plan),
     }
 }
 
-fn with_ends<C: CandidateSearch + 'static>(
-    parameters: &Parameters,
-    options: &Options,
-    start: Start<'_>,
-    workers: Arc<Workers>,
-) -> Result<Box<dyn Simulation>, BadDomain> {
-    match parameters.domain.periodic {
-        [false, false, false] => with_test::<C>(parameters, options, start, workers),
-        _ => with_test::<Periodic<C>>(parameters, options, start, workers),
-    }
-}
+/// What a simulation is built from.
+type Plan<'a> = (&'a Parameters, &'a Options, Start<'a>, Arc<Workers>);
 
-fn with_test<C: CandidateSearch + 'static>(
-    parameters: &Parameters,
-    options: &Options,
-    start: Start<'_>,
-    workers: Arc<Workers>,
-) -> Result<Box<dyn Simulation>, BadDomain> {
-    match options.distance_test {
-        Test::Sqrt => composed::<C, RootFirst>(parameters, options, start, workers),
-        Test::Squared => composed::<C, SquaredFirst>(parameters, options, start, workers),
+/// Makes the stages of a step.
+type Stages<C, T> = fn(&Parameters, &Options, &State<C>) -> Vec<Box<dyn Stage<C, T>>>;
+
+fn with_ends<C: CandidateSearch + 'static>(plan: Plan<'_>) -> Result<Box<dyn Simulation>, BadDomain> {
+    match plan.0.domain.periodic {
+        [false, false, false] => composed(stages::<C, SquaredFirst>, plan),
+        _ => composed(stages::<Periodic<C>, SquaredFirst>, plan),
     }
 }
 
 fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
-    parameters: &Parameters,
-    options: &Options,
-    start: Start<'_>,
-    workers: Arc<Workers>,
+    stages: Stages<C, T>,
+    (parameters, options, start, workers): Plan<'_>,
 ) -> Result<Box<dyn Simulation>, BadDomain> {
     let grid = Grid::new(parameters.domain, parameters.largest_radius_m(), options.buckets_per_radius.get())?;
     let mut particles = Particles::new(start.particles, &workers);
@@ -302,7 +326,7 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
     if parameters.effects.flow_boundaries.is_some() {
         state.ghosts = ghosts_outside(&state.particles, &parameters.domain);
     }
-    let stages = stages::<C, T>(parameters, options, &state);
+    let stages = stages(parameters, options, &state);
     let adaptive = parameters.adaptive.map(|rules| Adaptive::new(rules, parameters));
     Ok(Box::new(Composed { state, stages, adaptive }))
 }

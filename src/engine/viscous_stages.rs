@@ -88,7 +88,7 @@ pub fn explicit_term(viscosity: &Viscosity, parameters: &Parameters) -> Explicit
 }
 
 /// The force in a walk of its own.
-fn explicit<C: CandidateSearch, T: DistanceTest>(
+pub fn explicit<C: CandidateSearch, T: DistanceTest>(
     viscosity: &Viscosity,
     parameters: &Parameters,
 ) -> Box<dyn Stage<C, T>> {

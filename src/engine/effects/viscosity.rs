@@ -26,6 +26,12 @@ impl Viscosity {
         let kinematic_viscosity_m2_s = Property::Uniform(kinematic_viscosity_m2_s);
         Viscosity { kinematic_viscosity_m2_s, walls: Walls::default(), form: Form::default() }
     }
+
+    /// Whether it is of that kind.
+    pub fn is_the_textbooks(&self) -> bool {
+        let uniform = self.kinematic_viscosity_m2_s.uniform();
+        uniform.is_some() && self.walls == Walls::default() && self.form == Form::default()
+    }
 }
 
 /// The term of a viscosity that is the same everywhere in the Laplacian form, its constant worked out once:
