@@ -6,9 +6,10 @@
 //! since the walls' temperatures fix the mean of the slope; those at the walls are taken from the first layer.
 //!
 //! The weight of the cold fluid is left out: it would add a hydrostatic pressure and nothing else. Without shifting,
-//! particles gather along stream lines and the flow breaks down at a Rayleigh number of 10,000; so it did with shifting of
-//! strength 1 at 36 particles along a side, and not with 2 or 4. With 4 the Nusselt number was 2.281 at 24 particles and
-//! 2.222 at 36; speeds were 4 to 7 % too low at both, as if what is left of the disorder mixed momentum.
+//! particles gather along stream lines and the flow breaks down at a Rayleigh number of 10,000; so it did with shifting
+//! of strength 1 at 36 particles along a side, and not with 2 or 4. With 4 the Nusselt number is 2.287 at 24 particles
+//! and 2.228 at 36; speeds are 4 to 7 % too low at both, as if what is left of the disorder mixed momentum. At 1000 it is
+//! 1.123 at 20 particles and 1.110 at 32.
 
 use super::carried::{self, PlaneBox, medium};
 use super::{Fidelity, Outcome};
