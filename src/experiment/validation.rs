@@ -63,13 +63,18 @@ pub struct Found {
     pub value: f64,
     pub reference: f64,
     pub error: f64,
-    pub gate: f64,
+    /// The largest error that passes; `None` for what is only reported.
+    pub gate: Option<f64>,
     pub source: String,
 }
 
 impl Found {
-    pub fn passes(&self) -> bool {
-        self.error.abs() <= self.gate
+    pub fn verdict(&self) -> &'static str {
+        match self.gate {
+            None => "reported",
+            Some(gate) if self.error.abs() <= gate => "pass",
+            Some(_) => "fail",
+        }
     }
 }
 
@@ -82,7 +87,7 @@ impl From<Outcome> for Found {
             value: outcome.value,
             reference: outcome.reference,
             error: outcome.error,
-            gate: outcome.gate,
+            gate: Some(outcome.gate).filter(|gate| gate.is_finite()),
             source: outcome.source.to_string(),
         }
     }
@@ -148,7 +153,7 @@ impl Validated {
     pub fn check(&self) -> Result<()> {
         ensure!(self.error.is_empty() != self.found.is_empty(), "a case found something, or says why not");
         for found in &self.found {
-            let numbers = [found.value, found.reference, found.error, found.gate];
+            let numbers = [found.value, found.reference, found.error, found.gate.unwrap_or(0.0)];
             ensure!(numbers.iter().all(|number| number.is_finite()), "{}: {numbers:?} cannot be", found.case);
         }
         Ok(())

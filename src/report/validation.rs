@@ -25,7 +25,7 @@ pub struct ValidationRow<'a> {
     pub reference: Option<f64>,
     pub error: Option<f64>,
     pub gate: Option<f64>,
-    /// `pass`, `fail`, or `none` for a case that could not be computed.
+    /// `pass`, `fail`, `reported` for what has no gate, or `none` for a case that could not be computed.
     pub verdict: &'static str,
     pub source: &'a str,
     status: &'static str,
@@ -70,12 +70,8 @@ fn trial_rows<'a>(
         value: found.map(|found| found.value),
         reference: found.map(|found| found.reference),
         error: found.map(|found| found.error),
-        gate: found.map(|found| found.gate),
-        verdict: match found {
-            Some(found) if found.passes() => "pass",
-            Some(_) => "fail",
-            None => "none",
-        },
+        gate: found.and_then(|found| found.gate),
+        verdict: found.map_or("none", Found::verdict),
         source: found.map_or("", |found| &found.source),
         status: trial.status.name(),
         reason: if trial.status == Status::Ok { error } else { &trial.reason },

@@ -17,6 +17,7 @@ use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::pressure::moment::Moment;
+use crate::engine::pressure::options::Gradient;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::State;
 
@@ -27,6 +28,9 @@ pub struct DivergenceSource {
     factor: f64,
     n0: f64,
     dimensions: usize,
+    /// Whether the sum stays as it is: the pairwise gradient is the negative transpose of the plain divergence, and only
+    /// both together conserve.
+    plain: bool,
     /// `tau`, seconds.
     feedback_s: f64,
 }
@@ -40,6 +44,7 @@ impl DivergenceSource {
             factor: parameters.dimensions.count() / n0,
             n0,
             dimensions: parameters.dimensions.count() as usize,
+            plain: pressure.gradient == Gradient::Pairwise,
             feedback_s,
         }
     }
@@ -68,7 +73,7 @@ impl DivergenceSource {
                         *product = add_scaled(*product, v * u, r_ij);
                     }
                 });
-                let share = moment.usefulness(self.dimensions);
+                let share = if self.plain { 0.0 } else { moment.usefulness(self.dimensions) };
                 let mut divergence = self.factor * sum;
                 if share > 0.0 {
                     let inverse = moment.inverse(self.dimensions);

@@ -359,7 +359,10 @@ pub static VALIDATION: Table = Table {
         number("reference", "", "What is known, in the quantity's unit."),
         number("error", "1", "Relative to the reference unless the quantity says otherwise."),
         number("gate", "1", "The largest error that passes."),
-        text("verdict", "pass, fail, or none for a case that could not be computed."),
+        text(
+            "verdict",
+            "pass, fail, reported for what has no gate, or none for a case that could not be computed.",
+        ),
         text("source", "Where the reference is from."),
         STATUS,
         REASON,

@@ -37,7 +37,7 @@ pub struct Outcome {
     pub reference: f64,
     /// Relative to the reference unless the quantity says otherwise.
     pub error: f64,
-    /// The largest error that passes.
+    /// The largest error that passes; infinite for what is only reported.
     pub gate: f64,
     /// Where the reference is from.
     pub source: &'static str,
