@@ -66,7 +66,7 @@ fn pulling_a_body_apart_takes_twice_the_tension() {
 fn the_scenes_run_at_toy_size() {
     let scenes = [
         ("oscillating-drop", include_str!("../experiments/scenes/oscillating-drop.toml"), "0.0001", "1.5e-5"),
-        ("drop-impact", include_str!("../experiments/scenes/drop-impact.toml"), "0.0005", "5e-5"),
+        ("drop-impact", include_str!("../experiments/scenes/drop-impact.toml"), "0.0005", "2e-5"),
     ];
     for (name, text, distance, step) in scenes {
         let sets = [format!("particle_distance_m={distance}"), format!("time_step_s={step}")];

@@ -18,7 +18,7 @@ use crate::report::measured::Measured;
 use crate::report::{claim, effort, manifest, markdown, page, write_up};
 
 /// The scenes and what the paper says, as they stand in the project.
-const EMBEDDED: [(&str, &str); 11] = [
+const EMBEDDED: &[(&str, &str)] = &[
     ("paper/README.md", include_str!("../../paper/README.md")),
     ("paper/claims.toml", include_str!("../../paper/claims.toml")),
     ("paper/martin_moyce_1952.toml", include_str!("../../paper/martin_moyce_1952.toml")),
@@ -26,9 +26,19 @@ const EMBEDDED: [(&str, &str); 11] = [
     ("paper/threats-to-validity.md", include_str!("../../paper/threats-to-validity.md")),
     ("scenes/coincident-pair.toml", include_str!("../../experiments/scenes/coincident-pair.toml")),
     ("scenes/dam-break.toml", include_str!("../../experiments/scenes/dam-break.toml")),
+    ("scenes/dam-break-obstacle.toml", include_str!("../../experiments/scenes/dam-break-obstacle.toml")),
+    ("scenes/drop-impact.toml", include_str!("../../experiments/scenes/drop-impact.toml")),
     ("scenes/falling-block.toml", include_str!("../../experiments/scenes/falling-block.toml")),
+    ("scenes/filling-mould.toml", include_str!("../../experiments/scenes/filling-mould.toml")),
+    ("scenes/floating-box.toml", include_str!("../../experiments/scenes/floating-box.toml")),
+    ("scenes/heated-cavity.toml", include_str!("../../experiments/scenes/heated-cavity.toml")),
     ("scenes/leaver.toml", include_str!("../../experiments/scenes/leaver.toml")),
     ("scenes/lone-particle.toml", include_str!("../../experiments/scenes/lone-particle.toml")),
+    ("scenes/mud-flow.toml", include_str!("../../experiments/scenes/mud-flow.toml")),
+    ("scenes/oscillating-drop.toml", include_str!("../../experiments/scenes/oscillating-drop.toml")),
+    ("scenes/piston-wave.toml", include_str!("../../experiments/scenes/piston-wave.toml")),
+    ("scenes/rotating-cup.toml", include_str!("../../experiments/scenes/rotating-cup.toml")),
+    ("scenes/sloshing-tank.toml", include_str!("../../experiments/scenes/sloshing-tank.toml")),
     ("scenes/still-water.toml", include_str!("../../experiments/scenes/still-water.toml")),
 ];
 
@@ -54,7 +64,7 @@ pub fn write(folder: &Path, output: &Path, allowed_unfinished: bool) -> Result<V
     for experiment in &measured.info.experiments {
         packed.push(experiment_file(experiment)?);
     }
-    packed.extend(EMBEDDED.map(|(file, text)| (file.to_string(), text.as_bytes().to_vec())));
+    packed.extend(EMBEDDED.iter().map(|(file, text)| (file.to_string(), text.as_bytes().to_vec())));
     packed.push(("paper/reproduction.md".to_string(), write_up::text(&measured)?.into_bytes()));
     packed.push(("README.md".to_string(), read_me(&measured, folder)?.into_bytes()));
     packed.sort();

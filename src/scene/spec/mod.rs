@@ -570,7 +570,9 @@ mod tests {
         let set = |height: &str, reach: &str| {
             [format!("effects.wall_contact.height={height}"), format!("effects.wall_contact.reach={reach}")]
         };
-        let contact = |[height, reach]: [String; 2]| parse(REGION, &[&height, &reach]);
+        let drop = particle("fluid", "[0.5, 2.0, 0.5]", "[0, 0, 0]");
+        let scene = format!("{REGION}{drop}");
+        let contact = |[height, reach]: [String; 2]| parse(&scene, &[&height, &reach]);
         let scene = contact(set("0.7", "0.75")).unwrap();
         assert!(scene.parameters(&scene.particles("test.toml").unwrap()).effects.wall_contact.is_some());
         for (sets, key) in

@@ -142,9 +142,8 @@ impl EffectsSpec {
         let mut gone: Vec<&str> = vec![effect];
         let lost = |gone: &mut Vec<&str>| {
             let is_left = |name: &&str| named.contains(name) && !gone.contains(name);
-            let next = NEEDS
-                .iter()
-                .find(|(dependent, needed, _)| is_left(dependent) && !needed.iter().any(|n| is_left(&n)));
+            let next =
+                NEEDS.iter().find(|(dependent, needed, _)| is_left(dependent) && !needed.iter().any(is_left));
             next.map(|(dependent, _, _)| gone.push(dependent)).is_some()
         };
         while lost(&mut gone) {}
@@ -156,9 +155,8 @@ impl EffectsSpec {
         let mut kept: Vec<&str> = vec![effect];
         let asked = |kept: &mut Vec<&str>| {
             let is_kept = |name: &&str| kept.contains(name);
-            let next = NEEDS
-                .iter()
-                .find(|(dependent, needed, _)| is_kept(dependent) && !needed.iter().any(|n| is_kept(&n)));
+            let next =
+                NEEDS.iter().find(|(dependent, needed, _)| is_kept(dependent) && !needed.iter().any(is_kept));
             let needed =
                 next.and_then(|(_, needed, _)| needed.iter().copied().find(|name| named.contains(name)));
             needed.map(|name| kept.push(name)).is_some()
