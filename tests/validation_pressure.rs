@@ -100,12 +100,12 @@ fn pools_side_by_side_know_nothing_of_each_other() {
 
 #[test]
 fn vortices_decay_at_the_exact_rate_from_a_lattice() {
-    hold("taylor-green", &["smallest distance"]);
+    hold("taylor-green", &[]);
 }
 
 #[test]
 fn vortices_decay_at_the_exact_rate_from_disorder() {
-    hold("taylor-green-jittered", &["smallest distance"]);
+    hold("taylor-green-jittered", &[]);
 }
 
 /// Both gates are missed: with 20 layers the period is 0.92 of the linear one and the wave is damped to 0.42 in five periods.
@@ -181,35 +181,8 @@ fn shifting_of_strength_zero_is_none() {
     assert!(largest_difference(&plain, &drop(shifted(5.0), 10)) > 1e-6);
 }
 
-/// Ten layers of 1000 kg/m3 below ten of 500 kg/m3: the floor carries the weight of both.
+/// The gate is missed: the floor bears 3.9 % too much.
 #[test]
-#[ignore = "misses its gate: 3.9 % too much after 0.2 to 0.4 s, gate 3 %"]
 fn the_floor_carries_layers_of_different_density() {
-    let n = 20;
-    let tank = general::Tank { width: n, height: n + 4, lid: false };
-    let mut particles = tank.fill(L0, |_, j| j < n);
-    for particle in &mut particles {
-        particle.group = u8::from(particle.position[1] > 10.0 * L0);
-    }
-    let mut effects = general::water();
-    effects.pressure.as_mut().unwrap().density_by_group_kg_m3 = Some(vec![1000.0, 500.0]);
-    let mut parameters = general::parameters(L0, 1e-3, &particles, 20.0, effects);
-    parameters.groups = vec!["heavy".to_string(), "light".to_string()];
-    let mut simulation = general::build(&parameters, &particles, 2).unwrap();
-    let floor = |p: &InitialParticle| p.kind == Kind::Wall && (-L0..0.0).contains(&p.position[1]);
-    let middle = |p: &InitialParticle| (5.0 * L0..15.0 * L0).contains(&p.position[0]);
-    let probes: Vec<usize> =
-        (0..particles.len()).filter(|&i| floor(&particles[i]) && middle(&particles[i])).collect();
-    let mut mean = 0.0;
-    for n in 0..400 {
-        general::step(simulation.as_mut()).unwrap();
-        if n >= 200 {
-            let pressure = &simulation.particles().pressure;
-            mean += probes.iter().map(|&i| pressure[i]).sum::<f64>() / (200.0 * probes.len() as f64);
-        }
-    }
-    // The floor's uppermost particles lie half a particle distance deeper than the fluid, the surface's half below its top.
-    let expected = 9.8 * L0 * (1000.0 * 10.0 + 500.0 * 9.5);
-    println!("floor under two layers: {mean:.1} Pa, rho g h {expected:.1} Pa");
-    assert!((mean / expected - 1.0).abs() < 0.03, "{mean} instead of {expected}");
+    hold("two-layers", &["mean pressure at the floor"]);
 }

@@ -221,3 +221,44 @@ pub fn pools(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
         ["pools side by side: 20 layers", "pools side by side: 10 layers", "pools side by side: full box"];
     Ok(rest.iter().zip(names).flat_map(|(rest, name)| outcomes(name, rest)).collect())
 }
+
+/// Ten layers of 1000 kg/m3 below ten of 500 kg/m3: the floor carries the weight of both.
+pub fn two_layers(_fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
+    let (n, l0) = (20, 0.02);
+    let tank = Tank { width: n, height: n + 4, lid: false };
+    let mut particles = tank.fill(l0, |_, j| j < n);
+    for particle in &mut particles {
+        particle.group = u8::from(particle.position[1] > 10.0 * l0);
+    }
+    let mut effects = general::water();
+    if let Some(pressure) = &mut effects.pressure {
+        pressure.density_by_group_kg_m3 = Some(vec![1000.0, 500.0]);
+    }
+    let mut parameters = general::parameters(l0, 1e-3, &particles, 20.0, effects);
+    parameters.groups = vec!["heavy".to_string(), "light".to_string()];
+    let mut simulation = general::build(&parameters, &particles, 2)?;
+    let floor = |p: &InitialParticle| p.kind == Kind::Wall && (-l0..0.0).contains(&p.position[1]);
+    let middle = |p: &InitialParticle| (5.0 * l0..15.0 * l0).contains(&p.position[0]);
+    let probes: Vec<usize> =
+        (0..particles.len()).filter(|&i| floor(&particles[i]) && middle(&particles[i])).collect();
+    let mut mean = 0.0;
+    for n in 0..400 {
+        general::step(simulation.as_mut())?;
+        if n >= 200 {
+            let pressure = &simulation.particles().pressure;
+            mean += probes.iter().map(|&i| pressure[i]).sum::<f64>() / (200.0 * probes.len() as f64);
+        }
+    }
+    // The floor's uppermost particles lie half a particle distance deeper than the fluid, the surface's half below its top.
+    let reference = 9.8 * l0 * (1000.0 * 10.0 + 500.0 * 9.5);
+    Ok(vec![Outcome {
+        effect: "pressure",
+        case: "a light layer on a heavy one",
+        quantity: "mean pressure at the floor after 0.2 to 0.4 s, Pa",
+        value: mean,
+        reference,
+        error: (mean / reference - 1.0).abs(),
+        gate: 0.03,
+        source: "hydrostatics",
+    }])
+}

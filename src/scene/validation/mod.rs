@@ -96,6 +96,7 @@ pub const CASES: &[Case] = &[
     Case { name: "still-water", run: hydrostatics::still },
     Case { name: "full-box", run: hydrostatics::closed },
     Case { name: "pools-side-by-side", run: hydrostatics::pools },
+    Case { name: "two-layers", run: hydrostatics::two_layers },
     Case { name: "taylor-green", run: taylor_green::regular },
     Case { name: "taylor-green-jittered", run: taylor_green::jittered },
     Case { name: "standing-wave", run: standing_wave::first_mode },
