@@ -268,7 +268,11 @@ impl Estimator {
         }
         let values = self.values(measured);
         let why = "no round gave a value for its cells".to_string();
-        Estimate::of_rounds(&values).ok_or(Verdict::NotResolved { why })
+        let estimate = match self.kind {
+            EstimatorKind::RunTime => Estimate::of_times(&values),
+            _ => Estimate::of_rounds(&values),
+        };
+        estimate.ok_or(Verdict::NotResolved { why })
     }
 
     /// The cells that the estimate compares.
@@ -326,7 +330,7 @@ mod tests {
     use crate::base::statistics::Interval;
 
     fn estimate(low: f64, median: f64, high: f64) -> Estimate {
-        Estimate { median, interval: Some(Interval { low, high }), samples: 9 }
+        Estimate { interval: Some(Interval { low, high }), samples: 9, ..Estimate::single(median) }
     }
 
     #[test]
@@ -348,7 +352,7 @@ mod tests {
 
     #[test]
     fn too_few_rounds_are_said_so() {
-        let few = Estimate { median: 2.0, interval: None, samples: 3 };
+        let few = Estimate { samples: 3, ..Estimate::single(2.0) };
         let verdict = judge(Rule::Above { value: 1.0 }, &few);
         assert_eq!(verdict.reason(), "3 rounds are too few for an interval");
         let dependent = Estimate { samples: 12, ..few };

@@ -11,7 +11,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::{Stage, Window};
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{Measured, Quantity, TimedCell, ratio, times};
 use crate::report::samples::cell_id;
 use crate::report::section::{automatic, categories, point, side_by_side};
 use crate::report::table::{TableView, show};
@@ -123,8 +123,8 @@ impl<'a> Comparison<'a> {
         self.cells.iter().filter(odd).map(|cell| format!("{}: {}", cell.id, self.states(cell))).collect()
     }
 
-    /// Cells that a later run computes more slowly than the first one on the same machine, beyond doubt: the intervals
-    /// lie apart, and the medians by more than [`REGRESSION`].
+    /// Cells that a later run computes more slowly than the first one on the same machine, beyond doubt: its fastest
+    /// round is slower than the other's slowest, and the medians by more than [`REGRESSION`].
     pub fn regressions(&self) -> Vec<String> {
         let Some((first, of_first)) = self.runs.first() else {
             return Vec::new();
@@ -170,8 +170,8 @@ impl<'a> Comparison<'a> {
                 let Some(found) = found else {
                     continue;
                 };
-                let low = |e: Option<Estimate>| e?.interval.map(|i| i.low);
-                let high = |e: Option<Estimate>| e?.interval.map(|i| i.high);
+                let low = |e: Option<Estimate>| e?.bounds().map(|i| i.low);
+                let high = |e: Option<Estimate>| e?.bounds().map(|i| i.high);
                 rows.push(CompareRow {
                     run: name,
                     machine_id: &measured.info.machine_id,
@@ -197,7 +197,8 @@ impl<'a> Comparison<'a> {
 
     /// A row a comparable cell, the runs side by side; cells that cannot be compared, with the reason.
     pub fn tables(&self) -> Vec<TableView> {
-        let mut times = TableView::new("Milliseconds a step, median [95 % interval].", &["cell", "part"]);
+        let mut times =
+            TableView::new("Milliseconds a step, median (smallest to largest round).", &["cell", "part"]);
         let mut gains = TableView::new(
             "List over relocation outside CG, within each machine, median [95 % interval].",
             &["cell"],
@@ -298,9 +299,9 @@ impl<'a> Comparison<'a> {
 /// How much slower a cell must be for a regression: less changes with the day on a shared machine.
 const REGRESSION: f64 = 1.05;
 
-/// Without intervals nothing is beyond doubt.
+/// Where only one round was measured nothing is beyond doubt.
 fn is_slower(after: &Estimate, before: &Estimate) -> bool {
-    let apart = after.interval.zip(before.interval).is_some_and(|(after, before)| after.low > before.high);
+    let apart = after.bounds().zip(before.bounds()).is_some_and(|(after, before)| after.low > before.high);
     apart && after.median > REGRESSION * before.median
 }
 
@@ -334,7 +335,7 @@ fn find(measured: &Measured, experiment: &str, cell: &TimedCell) -> Option<Found
     let windows = measured.windows(experiment, Stage::Paired, cell);
     let first = windows.values().next()?;
     let per_step = |cell: &TimedCell, quantity| measured.per_step(experiment, Stage::Paired, cell, quantity);
-    let ms = |quantity| estimate(&per_step(cell, quantity)).map(|e| e.scaled(1e3));
+    let ms = |quantity| times(&per_step(cell, quantity)).map(|e| e.scaled(1e3));
     let list = cell.variant.preset == Preset::PAPER_LINKED_LIST.name();
     let relocated = || per_step(&cell.with_preset(Preset::PAPER_AOS_RELOCATION), Quantity::NonCg);
     Some(Found {

@@ -83,7 +83,11 @@ mod tests {
     use super::*;
 
     fn estimate(low: f64, high: f64) -> Estimate {
-        Estimate { median: 0.5 * (low + high), interval: Some(Interval { low, high }), samples: 7 }
+        Estimate {
+            interval: Some(Interval { low, high }),
+            samples: 7,
+            ..Estimate::single(0.5 * (low + high))
+        }
     }
 
     fn compared(gain: [f64; 2], over_rust: [f64; 2]) -> Compared {

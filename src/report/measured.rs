@@ -341,7 +341,13 @@ pub fn by_round(a: &ByRound, b: &ByRound, combine: impl Fn(f64, f64) -> f64) -> 
     a.iter().filter_map(|(round, &a)| b.get(round).map(|&b| combine(a, b))).collect()
 }
 
-/// The estimate of all rounds' values.
+/// The times of all rounds, with their spread.
+pub fn times(values: &ByRound) -> Option<Estimate> {
+    let values: Vec<f64> = values.values().copied().collect();
+    Estimate::of_times(&values)
+}
+
+/// The estimate of a quantity in which what disturbs a whole round cancels, such as a ratio.
 pub fn estimate(values: &ByRound) -> Option<Estimate> {
     let values: Vec<f64> = values.values().copied().collect();
     Estimate::of_rounds(&values)

@@ -1,4 +1,4 @@
-//! `summary.csv`: a row a cell, with medians and intervals of the whole step and its parts; and the phases of each cell.
+//! `summary.csv`: a row a cell, with medians and extremes of the whole step and its parts; and the phases of each cell.
 
 use anyhow::{Context, Result};
 use polars::prelude::*;
@@ -8,8 +8,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::phase::Phase;
 use crate::experiment::spec::Mode;
 
-/// The cells' medians, milliseconds a step, with distribution-free 95 % intervals (empty below six rounds, and where rounds
-/// depend on one another).
+/// The cells' medians, milliseconds a step, with the smallest and the largest round (empty where there is but one).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SummaryRow {
     pub mode: &'static str,
@@ -56,7 +55,7 @@ pub fn cell_phases(samples: &DataFrame) -> Result<Vec<CellPhase>> {
             experiment: text("experiment", row)?,
             cell: text("cell", row)?,
             phase: text("phase", row)?,
-            estimate: Estimate::of_rounds(&values).context("a group of samples is empty")?,
+            estimate: Estimate::of_times(&values).context("a group of samples is empty")?,
         });
     }
     Ok(phases)
@@ -70,8 +69,8 @@ pub fn summary(phases: &[CellPhase], mode: Mode) -> Vec<SummaryRow> {
             let of = |phase: &str| find(phases, cell, phase);
             let (total, non_cg, cg) = (of("total"), of("non_cg"), of("cg"));
             let (low, high) = (
-                |e: Option<Estimate>| e?.interval.map(|i| i.low),
-                |e: Option<Estimate>| e?.interval.map(|i| i.high),
+                |e: Option<Estimate>| e?.spread.map(|i| i.low),
+                |e: Option<Estimate>| e?.spread.map(|i| i.high),
             );
             SummaryRow {
                 mode: mode.name(),

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::base::statistics::{Estimate, NoInterval};
 use crate::engine::preset::Preset;
 use crate::report::markdown;
-use crate::report::measured::{ByRound, Cell, Measured, Quantity, estimate, ratio};
+use crate::report::measured::{ByRound, Cell, Measured, Quantity, ratio, times};
 use crate::report::published::{Published, Seconds};
 use crate::report::summary::{CellPhase, cells, find, phase_names};
 
@@ -62,10 +62,17 @@ pub struct Table2Row {
 const QUANTITIES: [(&str, Quantity); 3] =
     [("cg", Quantity::Cg), ("non_cg", Quantity::NonCg), ("total", Quantity::Total)];
 
-/// Median and interval, with as many digits as the value needs; where there is no interval, the number of rounds, and
-/// whether it is missing because they depend on one another.
+/// How captions describe what [`show`] writes.
+pub const TIMES: &str = "median (smallest to largest round)";
+pub const RATIOS: &str = "median [95 % interval]";
+
+/// The median with as many digits as the value needs, beside it the interval in brackets or the spread of times in
+/// parentheses; where there is neither, the number of rounds, and whether they depend on one another.
 pub fn show(estimate: &Estimate, digits: usize) -> String {
     let Estimate { median, samples, .. } = estimate;
+    if let Some(ends) = estimate.spread {
+        return format!("{median:.digits$} ({:.digits$} to {:.digits$})", ends.low, ends.high);
+    }
     match (estimate.interval, estimate.why_no_interval()) {
         (Some(i), _) => format!("{median:.digits$} [{:.digits$}, {:.digits$}]", i.low, i.high),
         (None, Some(NoInterval::DependentRounds)) => format!("{median:.digits$} (n = {samples}, dependent)"),
@@ -133,8 +140,8 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
         for (quantity, q) in QUANTITIES {
             let (a, b) = (run_seconds(measured, list, &test, q), run_seconds(measured, relocated, &test, q));
             let values = [
-                (list.name(), "s", estimate(&a)),
-                (relocated.name(), "s", estimate(&b)),
+                (list.name(), "s", times(&a)),
+                (relocated.name(), "s", times(&b)),
                 ("speed_up", "ratio", ratio(&a, &b)),
             ];
             for (row, unit, value) in values {
@@ -148,8 +155,8 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
                     quantity,
                     unit,
                     value: value.median,
-                    low: value.interval.map(|i| i.low),
-                    high: value.interval.map(|i| i.high),
+                    low: value.bounds().map(|i| i.low),
+                    high: value.bounds().map(|i| i.high),
                     rounds: Some(value.samples),
                 });
             }
@@ -164,8 +171,8 @@ pub fn table2_view(measured: &Measured) -> TableView {
     let stamp = measured.stamp().map_or(String::new(), |stamp| format!(" {stamp}."));
     let tolerance = measured.experiment("table2").map_or(0.0, |e| e.fixed.cg_tolerance);
     let caption = format!(
-        "Seconds of {} steps on one thread, median [95 % interval]. Ours: the mean of the sampled steps times {}; the \
-         interval is over rounds, which all sample the same steps; CG to a relative residual of {tolerance:e}.{stamp}",
+        "Seconds of {} steps on one thread, {TIMES}. Ours: the mean of the sampled steps times {}, by round; all rounds \
+         sample the same steps. Speed-ups: {RATIOS}. CG to a relative residual of {tolerance:e}.{stamp}",
         published.steps, published.steps
     );
     let mut view = TableView::new(&caption, &["", "CG", "outside CG", "total"]);
@@ -202,7 +209,7 @@ fn measured_rows(measured: &Measured, published: &Published, test: &str) -> Vec<
     let columns = QUANTITIES.map(|(_, quantity)| {
         let list = run_seconds(measured, Preset::PAPER_LINKED_LIST, test, quantity);
         let relocated = run_seconds(measured, Preset::PAPER_AOS_RELOCATION, test, quantity);
-        (estimate(&list), estimate(&relocated), ratio(&list, &relocated))
+        (times(&list), times(&relocated), ratio(&list, &relocated))
     });
     let text = |e: Option<Estimate>, digits: usize, unit: &str| {
         e.map_or("none".to_string(), |e| format!("{}{unit}", show(&e, digits)))

@@ -8,8 +8,12 @@ use super::{Interval, NoInterval, interval_of_rounds, median, median_interval};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     pub median: f64,
-    /// `None` where there are too few samples for one, or where they depend on one another too much.
+    /// Covers the true median with the stated confidence. `None` where there are too few samples for one, where they depend
+    /// on one another too much, and of absolute times.
     pub interval: Option<Interval>,
+    /// The smallest and the largest of at least two rounds: of absolute times, in place of an interval.
+    #[serde(default)]
+    pub spread: Option<Interval>,
     /// The number of samples: rounds, each in processes of their own.
     pub samples: usize,
 }
@@ -18,14 +22,38 @@ impl Estimate {
     /// From independent samples in any order; `None` without samples.
     pub fn of(samples: &[f64]) -> Option<Estimate> {
         let median = median(samples)?;
-        Some(Estimate { median, interval: median_interval(samples), samples: samples.len() })
+        Some(Estimate { median, interval: median_interval(samples), spread: None, samples: samples.len() })
     }
 
     /// From rounds in the order in which they were measured: the interval is wider where neighbouring rounds resemble
     /// one another, and missing where they do so much. `None` without rounds.
     pub fn of_rounds(rounds: &[f64]) -> Option<Estimate> {
         let median = median(rounds)?;
-        Some(Estimate { median, interval: interval_of_rounds(rounds).ok(), samples: rounds.len() })
+        let interval = interval_of_rounds(rounds).ok();
+        Some(Estimate { median, interval, spread: None, samples: rounds.len() })
+    }
+
+    /// From absolute times of rounds, with the smallest and the largest of them. What the machine did meanwhile does not
+    /// cancel in them: where it drifts or wanders there is no true median to cover, and no few rounds tell a machine that
+    /// wanders from one with a memory, so that no interval is claimed. `None` without rounds.
+    pub fn of_times(rounds: &[f64]) -> Option<Estimate> {
+        let median = median(rounds)?;
+        let ends = Interval {
+            low: rounds.iter().copied().fold(f64::INFINITY, f64::min),
+            high: rounds.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        };
+        let spread = (rounds.len() > 1).then_some(ends);
+        Some(Estimate { median, interval: None, spread, samples: rounds.len() })
+    }
+
+    /// A number that was found once.
+    pub fn single(value: f64) -> Estimate {
+        Estimate { median: value, interval: None, spread: None, samples: 1 }
+    }
+
+    /// What is drawn and written beside the median: the interval, or the spread of absolute times.
+    pub fn bounds(&self) -> Option<Interval> {
+        self.interval.or(self.spread)
     }
 
     /// Why there is no interval, where there is none. Rounds that are enough for one lack it only if they depend on one
@@ -41,8 +69,13 @@ impl Estimate {
 
     /// The same of another quantity, which grows with this one.
     pub fn map(self, increasing: impl Fn(f64) -> f64) -> Estimate {
-        let interval = self.interval.map(|i| Interval { low: increasing(i.low), high: increasing(i.high) });
-        Estimate { median: increasing(self.median), interval, ..self }
+        let ends = |i: Interval| Interval { low: increasing(i.low), high: increasing(i.high) };
+        Estimate {
+            median: increasing(self.median),
+            interval: self.interval.map(ends),
+            spread: self.spread.map(ends),
+            samples: self.samples,
+        }
     }
 }
 
@@ -57,6 +90,16 @@ mod tests {
         assert_eq!((milliseconds.median, milliseconds.samples), (4e3, 7));
         assert_eq!(milliseconds.interval, Some(Interval { low: 1e3, high: 7e3 }));
         assert_eq!(seconds.map(f64::exp).interval.unwrap().high, 7f64.exp());
+    }
+
+    /// However steady they are: steadiness of few rounds proves nothing about a machine that wanders.
+    #[test]
+    fn absolute_times_have_a_spread_and_no_interval() {
+        let times = Estimate::of_times(&[3.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0]).unwrap().scaled(1e3);
+        assert_eq!((times.median, times.interval), (2e3, None));
+        assert_eq!(times.bounds(), Some(Interval { low: 1e3, high: 3e3 }));
+        assert_eq!(Estimate::of_times(&[3.0]), Some(Estimate::single(3.0)));
+        assert_eq!(Estimate::of_times(&[]), None);
     }
 
     #[test]

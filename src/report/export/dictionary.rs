@@ -76,9 +76,10 @@ pub static CLAIMS: Table = Table {
         number(
             "low",
             "",
-            "Lower end of the 95 % interval of the median; missing below six rounds, and where rounds depend on one another.",
+            "Of a ratio the lower end of the 95 % interval of the median, missing below six rounds and where rounds depend \
+             on one another; of seconds the smallest round.",
         ),
-        number("high", "", "Upper end of that interval."),
+        number("high", "", "The upper end of the same, or the largest round."),
         text("unit", "The unit of the estimate: s, x (a ratio), of total, ms/step."),
         integer("rounds", "rounds", "Rounds that gave a value."),
         text("rule", "When the claim holds."),
@@ -103,9 +104,10 @@ pub static TABLE2: Table = Table {
         number(
             "low",
             "",
-            "Lower end of the 95 % interval of the median; missing below six rounds, and where rounds depend on one another.",
+            "Of a ratio the lower end of the 95 % interval of the median, missing below six rounds and where rounds depend \
+             on one another; of seconds the smallest round.",
         ),
-        number("high", "", "Upper end of that interval."),
+        number("high", "", "The upper end of the same, or the largest round."),
         integer("rounds", "rounds", "Rounds that gave a value."),
     ],
 };
@@ -124,15 +126,11 @@ pub static FIGURE4: Table = Table {
         integer("threads", "threads", "Threads that share a step."),
         integer("rounds", "rounds", "Rounds that gave a value."),
         number("total_ms_per_step", "ms/step", "Median over rounds of the mean wall time of a step."),
-        number(
-            "total_low",
-            "ms/step",
-            "Lower end of its 95 % interval; missing below six rounds, and where rounds depend on one another.",
-        ),
-        number("total_high", "ms/step", "Upper end of its 95 % interval."),
+        number("total_low", "ms/step", "The smallest round."),
+        number("total_high", "ms/step", "The largest round."),
         number("non_cg_ms_per_step", "ms/step", "The same without the conjugate gradients."),
-        number("non_cg_low", "ms/step", "Lower end of its 95 % interval."),
-        number("non_cg_high", "ms/step", "Upper end of its 95 % interval."),
+        number("non_cg_low", "ms/step", "The smallest round."),
+        number("non_cg_high", "ms/step", "The largest round."),
         number("total_speed_up", "1", "Time of a step on one thread over that on these threads."),
         number("total_speed_up_low", "1", "Lower end of its 95 % interval."),
         number("total_speed_up_high", "1", "Upper end of its 95 % interval."),
@@ -145,25 +143,21 @@ pub static FIGURE4: Table = Table {
 pub static SUMMARY: Table = Table {
     name: "summary",
     title: "Summary",
-    description: "A row a timed cell: medians over rounds and their distribution-free 95 % intervals.",
+    description: "A row a timed cell: medians over rounds, the smallest and the largest round.",
     columns: &[
         MODE,
         EXPERIMENT,
         CELL,
         integer("rounds", "rounds", "Rounds that gave a value."),
         number("total_ms_per_step", "ms/step", "Wall time of a step."),
-        number(
-            "total_low",
-            "ms/step",
-            "Lower end of its interval; missing below six rounds, and where rounds depend on one another.",
-        ),
-        number("total_high", "ms/step", "Upper end of its interval."),
+        number("total_low", "ms/step", "The smallest round."),
+        number("total_high", "ms/step", "The largest round."),
         number("non_cg_ms_per_step", "ms/step", "Wall time of a step without the conjugate gradients."),
-        number("non_cg_low", "ms/step", "Lower end of its interval."),
-        number("non_cg_high", "ms/step", "Upper end of its interval."),
+        number("non_cg_low", "ms/step", "The smallest round."),
+        number("non_cg_high", "ms/step", "The largest round."),
         number("cg_ms_per_step", "ms/step", "Wall time of the conjugate gradients in a step."),
-        number("cg_low", "ms/step", "Lower end of its interval."),
-        number("cg_high", "ms/step", "Upper end of its interval."),
+        number("cg_low", "ms/step", "The smallest round."),
+        number("cg_high", "ms/step", "The largest round."),
     ],
 };
 

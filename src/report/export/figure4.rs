@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
-use crate::report::measured::{Cell, Measured, Quantity, estimate, ratio};
+use crate::report::measured::{Cell, Measured, Quantity, ratio, times};
 use crate::report::published::Published;
 
 /// The distance test of Figure 4.
@@ -68,7 +68,7 @@ fn measured_row(measured: &Measured, preset: Preset, threads: usize) -> Option<F
         measured.per_step("figure4", stage, &cell, quantity)
     };
     let milliseconds =
-        |quantity| estimate(&seconds(threads, quantity)).map(|estimate: Estimate| estimate.scaled(1e3));
+        |quantity| times(&seconds(threads, quantity)).map(|estimate: Estimate| estimate.scaled(1e3));
     let speed_up = |quantity| ratio(&seconds(1, quantity), &seconds(threads, quantity));
     let total = milliseconds(Quantity::Total)?;
     let (total_ms_per_step, total_low, total_high) = cells(Some(total));
@@ -99,6 +99,6 @@ fn measured_row(measured: &Measured, preset: Preset, threads: usize) -> Option<F
 }
 
 fn cells(estimate: Option<Estimate>) -> Cells {
-    let interval = estimate.and_then(|estimate| estimate.interval);
+    let interval = estimate.and_then(|estimate| estimate.bounds());
     (estimate.map(|estimate| estimate.median), interval.map(|i| i.low), interval.map(|i| i.high))
 }

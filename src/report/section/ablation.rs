@@ -114,7 +114,7 @@ impl Runs<'_> {
                 whole.steps,
                 per_step.len(),
                 self.measured.experiment(self.id).map_or(0, |e| e.scheme.len()),
-                show_or_none(Estimate::of(&milliseconds), 3)
+                show_or_none(Estimate::of_times(&milliseconds), 3)
             ));
         }
         let free = |effect: &&EffectOf| {

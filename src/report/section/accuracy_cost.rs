@@ -64,7 +64,7 @@ impl<'a> Judged<'a> {
             let observation = *observations.first()?;
             let completed = observation.ended == Observation::COMPLETED;
             let error = completed.then(|| error_of(sweep.error, observation, reference)).flatten();
-            Some(Run { time_s: Estimate::of_rounds(&times)?, error, observation, setting })
+            Some(Run { time_s: Estimate::of_times(&times)?, error, observation, setting })
         };
         Judged { sweep, runs: settings.into_iter().filter_map(run).collect() }
     }

@@ -5,7 +5,7 @@ use anyhow::Result;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Figure, Line, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, ratio, times};
 use crate::report::section::{
     Content, LINKED_LIST, RELOCATED, automatic, categories, how_measured, point, side_by_side,
 };
@@ -67,7 +67,7 @@ impl Sides<'_> {
         let series = |cell: &TimedCell| {
             let list = cell.variant.preset == Preset::PAPER_LINKED_LIST.name();
             let root = cell.variant.distance_test == "sqrt";
-            let time = |(k, side): (usize, usize)| Some(point(k as f64, estimate(&self.time(cell, side))?));
+            let time = |(k, side): (usize, usize)| Some(point(k as f64, times(&self.time(cell, side))?));
             Series {
                 label: format!("{}, {}", if list { "list" } else { "relocated" }, cell.variant.distance_test),
                 color: if list { LINKED_LIST } else { RELOCATED },
@@ -86,7 +86,7 @@ impl Sides<'_> {
             title: "The side of a bucket".to_string(),
             description:
                 "Milliseconds a step outside CG with buckets as long as the largest radius and half as long, \
-                          for both searches and distance tests; 95 % intervals."
+                          for both searches and distance tests; bars span all rounds."
                     .to_string(),
             panels: vec![Panel::Xy(XyPanel {
                 title: String::new(),
@@ -102,12 +102,12 @@ impl Sides<'_> {
 
     fn table(&self) -> TableView {
         let mut view = TableView::new(
-            "Milliseconds a step outside CG, median [95 % interval].",
+            "Milliseconds a step outside CG, median (smallest to largest round), and the ratio [95 % interval].",
             &["search", "distance test", "whole side", "half side", "half / whole"],
         );
         for cell in self.rows() {
             let (whole, half) = (self.time(cell, 1), self.time(cell, 2));
-            let cells = [estimate(&whole), estimate(&half), ratio(&half, &whole)];
+            let cells = [times(&whole), times(&half), ratio(&half, &whole)];
             let shown = cells.into_iter().zip([2, 2, 3]).map(|(cell, digits)| show_or_none(cell, digits));
             let names = [cell.variant.preset.clone(), cell.variant.distance_test.clone()];
             view.rows.push(names.into_iter().chain(shown).collect());

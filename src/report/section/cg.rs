@@ -6,7 +6,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series, XyPanel};
-use crate::report::measured::{ByRound, Cell, Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{ByRound, Cell, Measured, Quantity, TimedCell, ratio, times};
 use crate::report::published::Published;
 use crate::report::section::{Content, automatic, how_measured, point};
 use crate::report::summary::CellPhase;
@@ -144,11 +144,9 @@ impl Solver<'_> {
 
     fn figure(&self) -> Figure {
         let paper = Published::load().table2.linked_list;
-        let time = |cell: &TimedCell| estimate(&self.of(cell, Quantity::Cg));
-        let iterations =
-            |cell: &TimedCell| Some(Estimate { median: self.iterations(cell), interval: None, samples: 1 });
-        let non_cg =
-            self.tolerances("ell").first().and_then(|cell| estimate(&self.of(cell, Quantity::NonCg)));
+        let time = |cell: &TimedCell| times(&self.of(cell, Quantity::Cg));
+        let iterations = |cell: &TimedCell| Some(Estimate::single(self.iterations(cell)));
+        let non_cg = self.tolerances("ell").first().and_then(|cell| times(&self.of(cell, Quantity::NonCg)));
         let share = non_cg.map(|e| Mark {
             label: "the paper's share of CG".to_string(),
             at: MarkAt::Y(e.median * paper.cg_s / paper.non_cg_s),
@@ -157,7 +155,7 @@ impl Solver<'_> {
         Figure {
             title: "What CG's tolerance costs".to_string(),
             description: "Milliseconds a step in CG and its iterations against the relative residual at which it \
-                          stops, on one thread, for both storages of the matrix. 95 % intervals. The dotted line is \
+                          stops, on one thread, for both storages of the matrix. Bars span all rounds of times and 95 % intervals of ratios. The dotted line is \
                           where CG would have the paper's share beside our time outside CG."
                 .to_string(),
             panels: vec![
@@ -203,7 +201,7 @@ impl Solver<'_> {
                 cell.variant.storage.clone(),
                 format!("{:e}", cell.variant.cg_tolerance),
                 format!("{:.1}", self.iterations(cell)),
-                show_or_none(estimate(&cg), 2),
+                show_or_none(times(&cg), 2),
                 show_or_none(ratio(&cg, &non_cg), 3),
             ]);
         }
@@ -212,12 +210,12 @@ impl Solver<'_> {
 
     fn who_table(&self) -> TableView {
         let mut view = TableView::new(
-            "Who computes CG: milliseconds a step, linked list, sqrt, median [95 % interval].",
+            "Who computes CG: milliseconds a step, linked list, sqrt, median (smallest to largest round).",
             &["threads", "CG", "storage", "CG, ms", "outside CG, ms", "total, ms"],
         );
         for cell in self.cells.iter().filter(|cell| cell.subject == "who") {
             let names = [cell.threads.to_string(), cell.variant.cg.clone(), cell.variant.storage.clone()];
-            let times = [Quantity::Cg, Quantity::NonCg, Quantity::Total].map(|q| estimate(&self.of(cell, q)));
+            let times = [Quantity::Cg, Quantity::NonCg, Quantity::Total].map(|q| times(&self.of(cell, q)));
             let shown = times.into_iter().map(|time| show_or_none(time, 2));
             view.rows.push(names.into_iter().chain(shown).collect());
         }

@@ -6,7 +6,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, ratio, times};
 use crate::report::section::{Content, automatic, how_measured, point};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show, show_or_none};
@@ -53,7 +53,7 @@ impl Timings<'_> {
 
     /// How far the paper's schedule is from the fastest.
     fn fastest(&self, preset: Preset) -> Option<String> {
-        let median = |cell: &&TimedCell| estimate(&self.of(cell)).map_or(f64::INFINITY, |e| e.median);
+        let median = |cell: &&TimedCell| times(&self.of(cell)).map_or(f64::INFINITY, |e| e.median);
         let fastest = self.with_preset(preset).min_by(|a, b| median(a).total_cmp(&median(b)))?;
         let paper = self.with_preset(preset).find(|cell| cell.variant.schedule == PAPER)?;
         let over_fastest = |cell: &TimedCell| ratio(&self.of(cell), &self.of(fastest));
@@ -72,7 +72,7 @@ impl Timings<'_> {
              {tied}.",
             fastest.threads,
             fastest.variant.schedule,
-            show(&estimate(&self.of(fastest))?.scaled(1e3), 1),
+            show(&times(&self.of(fastest))?.scaled(1e3), 1),
         ))
     }
 
@@ -98,7 +98,7 @@ impl Timings<'_> {
 
     fn figure(&self) -> Figure {
         let threads = self.cells.first().map_or(0, |cell| cell.threads);
-        let time = |cell: &TimedCell| estimate(&self.of(cell)).map(|e| e.scaled(1e3));
+        let time = |cell: &TimedCell| times(&self.of(cell)).map(|e| e.scaled(1e3));
         let gain = |cell: &TimedCell| {
             let relocated = cell.with_preset(Preset::PAPER_AOS_RELOCATION);
             ratio(&self.of(cell), &self.of(&relocated))
@@ -110,7 +110,7 @@ impl Timings<'_> {
         Figure {
             title: format!("Schedules and chunks on {threads} threads"),
             description: "Milliseconds a step outside CG against the chunk size for each kind of schedule, with the \
-                          linked list and with relocation, and the ratio of the two; 95 % intervals. The level dotted \
+                          linked list and with relocation, and the ratio of the two. Bars span all rounds of times and 95 % intervals of ratios. The level dotted \
                           line is the static schedule, which has no chunk; the upright one the paper's chunk of 64."
                 .to_string(),
             panels: vec![
@@ -151,14 +151,13 @@ impl Timings<'_> {
 
     fn table(&self) -> TableView {
         let mut view = TableView::new(
-            "Milliseconds a step outside CG and the gain of relocation, median [95 % interval].",
+            "Milliseconds a step outside CG (smallest to largest round) and the gain of relocation [95 % interval].",
             &["schedule", "linked list", "relocated", "list / relocated"],
         );
         for list in self.with_preset(Preset::PAPER_LINKED_LIST) {
             let relocated = list.with_preset(Preset::PAPER_AOS_RELOCATION);
             let (a, b) = (self.of(list), self.of(&relocated));
-            let cells =
-                [estimate(&a).map(|e| e.scaled(1e3)), estimate(&b).map(|e| e.scaled(1e3)), ratio(&a, &b)];
+            let cells = [times(&a).map(|e| e.scaled(1e3)), times(&b).map(|e| e.scaled(1e3)), ratio(&a, &b)];
             let shown = cells.into_iter().zip([2, 2, 3]).map(|(cell, digits)| show_or_none(cell, digits));
             view.rows.push(std::iter::once(list.variant.schedule.clone()).chain(shown).collect());
         }

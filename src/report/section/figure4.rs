@@ -5,7 +5,7 @@ use anyhow::Result;
 use crate::base::statistics::{Estimate, Interval};
 use crate::engine::preset::Preset;
 use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Point, Scale, Series, XyPanel};
-use crate::report::measured::{ByRound, Cell, Measured, Quantity, estimate, ratio};
+use crate::report::measured::{ByRound, Cell, Measured, Quantity, ratio, times};
 use crate::report::model::{relative_time, serial_share};
 use crate::report::published::Published;
 use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, how_measured, point};
@@ -69,7 +69,7 @@ fn figure4(measured: &Measured) -> Figure {
     Figure {
         title: "Figure 4: time against the number of threads".to_string(),
         description: "Left: seconds of the whole run and of its part outside CG against the number of threads, with \
-                      and without relocation, with 95 % intervals and the lines of ideal scaling. Right: parallel \
+                      and without relocation, bars spanning all rounds, and the lines of ideal scaling. Right: parallel \
                       efficiency, the speed-up over one thread of the same search divided by the number of threads; \
                       stars are the two largest speed-ups that the paper prints, the only numbers it gives."
             .to_string(),
@@ -113,7 +113,7 @@ fn series(measured: &Measured, curve: &Curve, value: impl Fn(usize) -> Option<Es
 fn times_panel(measured: &Measured, steps: f64) -> XyPanel {
     let mut all = Vec::new();
     for (k, curve) in CURVES.iter().enumerate() {
-        let seconds = |t: usize| Some(estimate(&per_step(measured, curve, t))?.scaled(steps));
+        let seconds = |t: usize| Some(times(&per_step(measured, curve, t))?.scaled(steps));
         let curve_series = series(measured, curve, seconds);
         if let Some(first) = curve_series.points.iter().find(|point| point.x == 1.0) {
             let label = if k == 0 { "ideal scaling" } else { "" };
@@ -152,7 +152,7 @@ fn modelled(measured: &Measured, curve: &Curve, one_thread: f64) -> Option<Serie
     let at = |t: usize| {
         let time = |share: f64| one_thread * relative_time(share, t);
         let interval = share.interval.map(|i| Interval { low: time(i.low), high: time(i.high) });
-        point(t as f64, Estimate { median: time(share.median), interval, samples: share.samples })
+        point(t as f64, Estimate { interval, ..Estimate::single(time(share.median)) })
     };
     let missing: Vec<Point> =
         measured.thread_counts("figure4").into_iter().filter(|t| !there.contains(t)).map(at).collect();

@@ -6,7 +6,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, ratio, times};
 use crate::report::published::Published;
 use crate::report::section::{
     Content, LINKED_LIST, RELOCATED, automatic, categories, how_measured, point, side_by_side,
@@ -72,7 +72,7 @@ impl<'a> Orders<'a> {
             for cell in self.lists() {
                 let list = self.time(cell, state);
                 let relocated = self.time(&cell.with_preset(Preset::PAPER_AOS_RELOCATION), state);
-                let all = (estimate(&list), estimate(&relocated), ratio(&list, &relocated));
+                let all = (times(&list), times(&relocated), ratio(&list, &relocated));
                 if let (Some(list), Some(relocated), Some(ratio)) = all {
                     let (test, order) =
                         (cell.variant.distance_test.as_str(), cell.variant.memory_order.as_str());
@@ -125,7 +125,7 @@ impl<'a> Orders<'a> {
             title: "The same state in four orders of memory".to_string(),
             description: "Milliseconds a step outside CG with the linked list and with relocation, from an early and \
                           from a late state, each laid out in four orders; and the ratio of list to relocation. 95 % \
-                          intervals; the dotted lines of the last panel are no gain and the paper's gain."
+                          intervals of ratios and all rounds of times; the dotted lines of the last panel are no gain and the paper's gain."
                 .to_string(),
             panels,
             note: self.measured.stamp(),
@@ -203,7 +203,7 @@ impl<'a> Orders<'a> {
 
     fn table(&self) -> TableView {
         let mut view = TableView::new(
-            "Milliseconds a step outside CG, and the gain of relocation, median [95 % interval].",
+            "Milliseconds a step outside CG (smallest to largest round), and the gain of relocation [95 % interval].",
             &["state after step", "distance test", "order", "linked list", "relocated", "list / relocated"],
         );
         for g in self.gains() {

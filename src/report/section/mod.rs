@@ -127,8 +127,8 @@ pub fn point(x: f64, estimate: Estimate) -> Point {
     Point {
         x,
         y: estimate.median,
-        low: estimate.interval.map(|i| i.low),
-        high: estimate.interval.map(|i| i.high),
+        low: estimate.bounds().map(|i| i.low),
+        high: estimate.bounds().map(|i| i.high),
         label: None,
     }
 }
@@ -157,7 +157,7 @@ fn how_measured(measured: &Measured, id: &str) -> String {
     });
     format!(
         "Numbers are from paired trials: each process computes the same steps with all variants in turn{here}; {} rounds, \
-         whose processes are the samples of every interval.{left}",
+         whose processes are the samples.{left}",
         measured.succeeded(id, stage)
     )
 }

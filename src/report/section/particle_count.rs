@@ -6,7 +6,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{Measured, Quantity, TimedCell, by_round, estimate, ratio};
+use crate::report::measured::{Measured, Quantity, TimedCell, by_round, ratio, times};
 use crate::report::published::Published;
 use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, how_measured, point};
 use crate::report::summary::CellPhase;
@@ -48,9 +48,8 @@ fn size(measured: &Measured, list: &TimedCell) -> Option<Size> {
     let relocated = list.with_preset(Preset::PAPER_AOS_RELOCATION);
     let particles = measured.outcomes(ID, list).first()?.particles;
     let per_step = |cell: &TimedCell, quantity| measured.per_step(ID, Stage::Paired, cell, quantity);
-    let ns = |cell: &TimedCell, quantity| {
-        Some(estimate(&per_step(cell, quantity))?.scaled(1e9 / particles as f64))
-    };
+    let ns =
+        |cell: &TimedCell, quantity| Some(times(&per_step(cell, quantity))?.scaled(1e9 / particles as f64));
     let share = by_round(&per_step(list, Quantity::Cg), &per_step(list, Quantity::Total), |a, b| a / b);
     let windows = measured.windows(ID, Stage::Paired, list);
     let steps: Vec<usize> =
@@ -100,7 +99,7 @@ fn figure(measured: &Measured, sizes: &[Size]) -> Figure {
         title: "The same flow with more particles".to_string(),
         description: "Left: nanoseconds a particle and step outside CG, with the linked list and with relocation, and \
                       in CG, against the number of particles. Right: the ratio of list to relocation outside CG; the \
-                      star is the paper's. 95 % intervals."
+                      star is the paper's. Bars span all rounds of times and 95 % intervals of ratios."
             .to_string(),
         panels: vec![Panel::Xy(cost_panel(sizes)), Panel::Xy(gain_panel(sizes))],
         note: measured.stamp(),
@@ -182,7 +181,7 @@ fn range(sizes: &[Size]) -> Option<(f64, f64)> {
 
 fn table(sizes: &[Size]) -> TableView {
     let mut view = TableView::new(
-        "Nanoseconds a particle and step, the gain of relocation, and CG, median [95 % interval].",
+        "Nanoseconds a particle and step (smallest to largest round), the gain of relocation [95 % interval], and CG.",
         &[
             "particles",
             "distance test",

@@ -8,7 +8,7 @@ use crate::experiment::record::{Stage, Status, StepSample};
 use crate::report::chart::{
     Axis, Bar, BarGroup, BarPanel, Figure, Line, Marker, Panel, Point, Scale, Series, XyPanel,
 };
-use crate::report::measured::{Cell, Measured, Quantity, estimate, ratio};
+use crate::report::measured::{Cell, Measured, Quantity, ratio, times};
 use crate::report::published::{Published, Seconds};
 use crate::report::samples::csv_bytes;
 use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, how_measured};
@@ -56,9 +56,8 @@ fn bars(measured: &Measured) -> Figure {
     for test in distance_tests(measured) {
         let bar = |label: &str, preset: Preset| {
             let cell = Cell::new(preset.name(), &test, 1);
-            let of = |q: Quantity| {
-                estimate(&measured.per_step("table2", stage, &cell, q)).map(|e| e.scaled(steps))
-            };
+            let of =
+                |q: Quantity| times(&measured.per_step("table2", stage, &cell, q)).map(|e| e.scaled(steps));
             Some(Bar {
                 label: label.to_string(),
                 // The top of the bar is the median of the total, as in the table, not the sum of two medians.
@@ -66,7 +65,7 @@ fn bars(measured: &Measured) -> Figure {
                     of(Quantity::Cg)?.median,
                     of(Quantity::Total)?.median - of(Quantity::Cg)?.median,
                 ],
-                interval: of(Quantity::Total)?.interval.map(|i| (i.low, i.high)),
+                interval: of(Quantity::Total)?.bounds().map(|i| (i.low, i.high)),
                 published: false,
             })
         };
@@ -83,7 +82,7 @@ fn bars(measured: &Measured) -> Figure {
         title: "Table 2: one thread, linked list against relocation".to_string(),
         description:
             "Stacked bars of the seconds inside and outside CG for the whole run on one thread: the \
-                      paper's two bars, and ours for each distance test, with a 95 % interval on the total."
+                      paper's two bars, and ours for each distance test, with the smallest and largest round on the total."
                 .to_string(),
         panels: vec![Panel::Bars(BarPanel {
             title: format!("{} steps", published.steps),

@@ -8,7 +8,7 @@ use crate::experiment::record::{Stage, Status};
 use crate::experiment::twin::outcome::Language;
 use crate::report::chart::{Figure, Line, Mark, MarkAt, Marker, Panel, Scale, Series, XyPanel};
 use crate::report::language_or_layout::{Compared, verdict};
-use crate::report::measured::{ByRound, Measured, estimate, ratio};
+use crate::report::measured::{ByRound, Measured, estimate, ratio, times};
 use crate::report::section::{Content, automatic, categories, point, side_by_side};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show, show_or_none};
@@ -157,7 +157,7 @@ impl Twins<'_> {
 
     fn times_table(&self) -> TableView {
         let mut view = TableView::new(
-            "Milliseconds of one loop over all particles, and of the copy before it, median [95 % interval].",
+            "Milliseconds of one loop over all particles and of the copy before it (smallest to largest round); ratios [95 % interval].",
             &[
                 "distance test",
                 "threads",
@@ -175,11 +175,11 @@ impl Twins<'_> {
             if list.is_empty() {
                 continue;
             }
-            let times = [&list, &relocated, &copied].map(|time| estimate(time).map(|e| e.scaled(1e3)));
+            let milliseconds = [&list, &relocated, &copied].map(|time| times(time).map(|e| e.scaled(1e3)));
             let ratios = [ratio(&list, &relocated), ratio(&list, &copied)];
             let (test, threads) = (program.cell.distance_test.clone(), program.threads.to_string());
             let names = [test, threads, name(&program.cell)].into_iter();
-            let shown = times.into_iter().chain(ratios).map(|cell| show_or_none(cell, 3));
+            let shown = milliseconds.into_iter().chain(ratios).map(|cell| show_or_none(cell, 3));
             view.rows.push(names.chain(shown).collect());
         }
         view

@@ -80,7 +80,7 @@ fn lines(block: &Block, top: u32) -> Chart {
     dress(
         &mut chart,
         block,
-        "Against the number of threads on logarithmic axes, with 95 % intervals and ideal scaling.",
+        "Against the number of threads on logarithmic axes, with the smallest and largest round, and ideal scaling.",
     );
     for (number, curve) in block.curves.iter().enumerate() {
         if curve.points.iter().all(Option::is_none) {
