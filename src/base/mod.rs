@@ -4,5 +4,6 @@ pub mod files;
 pub mod input;
 pub mod parallel;
 pub mod prefetch;
+pub mod simd;
 pub mod statistics;
 pub mod vec3;

@@ -14,6 +14,7 @@ pub enum Search {
     LinkedList,
     AosRelocation,
     BruteForce,
+    Clusters,
 }
 
 /// How distances are compared, by name.
@@ -51,11 +52,12 @@ pub enum PairTerms {
 pub const MAX_BUCKETS_PER_RADIUS: usize = 4;
 
 /// The searches by preset name. The paper's two differ in this one field; `general` is for scenes of other effects.
-const PRESETS: [(&str, Search); 4] = [
+const PRESETS: [(&str, Search); 5] = [
     ("paper-linked-list", Search::LinkedList),
     ("paper-aos-relocation", Search::AosRelocation),
     ("brute-force", Search::BruteForce),
     ("general", Search::AosRelocation),
+    ("fast", Search::Clusters),
 ];
 
 /// A named set of options.
@@ -67,6 +69,8 @@ impl Preset {
     pub const PAPER_AOS_RELOCATION: Preset = Preset(1);
     /// Relocation with squared distances, packed rows and one walk for all explicit pair terms of a radius.
     pub const GENERAL: Preset = Preset(3);
+    /// Clusters with one list for all phases, and the list as the matrix.
+    pub const FAST: Preset = Preset(4);
     /// The two that the paper compares.
     pub const PAPER: [Preset; 2] = [Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION];
 
@@ -80,7 +84,7 @@ impl Preset {
 
     /// The preset's options: what the paper states or, where it is silent, what ARCHITECTURE.md says.
     pub fn options(self) -> Options {
-        let general = self == Preset::GENERAL;
+        let general = self == Preset::GENERAL || self == Preset::FAST;
         Options {
             search: PRESETS[self.0].1,
             distance_test: if general { Test::Squared } else { Test::Sqrt },

@@ -28,7 +28,8 @@ use crate::engine::search::brute_force::BruteForce;
 use crate::engine::search::grid::{BadDomain, Grid};
 use crate::engine::search::linked_list::LinkedList;
 use crate::engine::search::periodic::Periodic;
-use crate::engine::search::{CandidateSearch, DistanceTest, RootFirst, SquaredFirst};
+use crate::engine::search::clusters::Clusters;
+use crate::engine::search::{CandidateSearch, DistanceTest, Lengths, RootFirst, SquaredFirst};
 use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::{Stage, State};
 use crate::engine::terms::PairPass;
@@ -285,6 +286,7 @@ pub fn build(
         Search::LinkedList => with_ends::<LinkedList>(plan),
         Search::AosRelocation => with_ends::<AosRelocation>(plan),
         Search::BruteForce => with_ends::<BruteForce>(plan),
+        Search::Clusters => composed(stages::<Clusters, SquaredFirst>, plan),
     }
 }
 
@@ -320,7 +322,12 @@ fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
         particles.add_groups(start.particles, &workers);
     }
     viscous_stages::add_columns(&mut particles, parameters, &workers);
-    let mut state = State::<C>::new(particles, grid, workers, parameters.time_step_s);
+    let lengths = Lengths {
+        particle_distance_m: parameters.particle_distance_m,
+        small_m: parameters.number_density_radius_m().max(parameters.gradient_radius_m()),
+        large_m: parameters.largest_radius_m(),
+    };
+    let mut state = State::<C>::new(particles, grid, lengths, workers, parameters.time_step_s);
     state.step = start.steps_done;
     state.time_s = start.steps_done as f64 * parameters.time_step_s;
     if parameters.effects.flow_boundaries.is_some() {

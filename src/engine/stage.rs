@@ -13,7 +13,7 @@ use crate::engine::phase::{Phase, Probe, within};
 use crate::engine::pressure::PressureReport;
 use crate::engine::pressure::conjugate_gradient::CgInfo;
 use crate::engine::search::grid::{Buckets, Grid};
-use crate::engine::search::{CandidateSearch, NONE, Neighborhood};
+use crate::engine::search::{CandidateSearch, Lengths, NONE, Neighborhood, Now};
 use crate::engine::time_step::StepLimit;
 
 /// One part of a step: an effect that the scene names, or the motion between them. A stage owns the columns that
@@ -57,18 +57,26 @@ pub struct State<C> {
     pub walls_moved: bool,
     /// What the solve of implicit viscosity met in this step; stays `None` in a scene without it.
     pub viscosity: Option<CgInfo>,
-    candidates: C,
+    pub candidates: C,
+    lengths: Lengths,
     buckets: Buckets,
     /// Whether the buckets are those of the present positions.
     fresh: bool,
 }
 
 impl<C: CandidateSearch> State<C> {
-    pub fn new(particles: Particles, grid: Grid, workers: Arc<Workers>, time_step_s: f64) -> Self {
+    pub fn new(
+        particles: Particles,
+        grid: Grid,
+        lengths: Lengths,
+        workers: Arc<Workers>,
+        time_step_s: f64,
+    ) -> Self {
         let count = particles.len();
         State {
             ghosts: particles.count(Kind::Ghost),
-            candidates: C::new(&grid, count),
+            candidates: C::new(&grid, lengths, count),
+            lengths,
             buckets: Buckets { grid, of_particle: workers.column(count, NONE) },
             particles,
             workers,
@@ -95,10 +103,15 @@ impl<C: CandidateSearch> State<C> {
 
     /// Phases `bucket_build` and `relocation`: brings the buckets up to date, if positions changed since the last time.
     pub fn refresh(&mut self, probe: &mut dyn Probe) -> Result<(), SimulationError> {
-        if self.fresh {
+        self.refresh_within(self.lengths.large_m, probe)
+    }
+
+    /// The same for walks of one radius, metres.
+    pub fn refresh_within(&mut self, radius_m: f64, probe: &mut dyn Probe) -> Result<(), SimulationError> {
+        if self.fresh && self.candidates.reaches(radius_m) {
             return Ok(());
         }
-        within(probe, Phase::BucketBuild, || self.sort_into_buckets())?;
+        within(probe, Phase::BucketBuild, || self.sort_into_buckets(radius_m))?;
         if C::RELOCATES {
             within(probe, Phase::Relocation, || {
                 self.candidates.relocate(&self.particles.position, self.workers.scheduled());
@@ -108,7 +121,7 @@ impl<C: CandidateSearch> State<C> {
         Ok(())
     }
 
-    fn sort_into_buckets(&mut self) -> Result<(), SimulationError> {
+    fn sort_into_buckets(&mut self, radius_m: f64) -> Result<(), SimulationError> {
         if self.buckets.grid.domain().periodic != [false; 3] {
             self.bring_back_into_period();
         }
@@ -121,7 +134,9 @@ impl<C: CandidateSearch> State<C> {
         if assigned.someone_left {
             self.retire_those_outside();
         }
-        self.candidates.build(&self.buckets, &self.workers);
+        let Particles { kind, position, .. } = &self.particles;
+        let now = Now { kind, position, radius_m, walls_moved: self.walls_moved };
+        self.candidates.build(&self.buckets, now, &self.workers);
         Ok(())
     }
 
@@ -150,6 +165,7 @@ impl<C: CandidateSearch> State<C> {
         visitor("ghosts", Column::Count(&mut self.ghosts));
         visitor("time", Column::Number(&mut self.time_s));
         visitor("time_step", Column::Number(&mut self.time_step_s));
+        self.candidates.visit(visitor);
         self.fresh = false;
     }
 

@@ -5,7 +5,7 @@
 
 use crate::base::parallel::{FirstIndex, Rows, Team, Workers};
 use crate::base::vec3::{Vec3, ZERO};
-use crate::engine::search::CandidateSearch;
+use crate::engine::search::{CandidateSearch, Lengths, Now};
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::linked_list::LinkedList;
 
@@ -26,9 +26,9 @@ pub struct AosRelocation {
 }
 
 impl CandidateSearch for AosRelocation {
-    fn new(grid: &Grid, count: usize) -> Self {
+    fn new(grid: &Grid, lengths: Lengths, count: usize) -> Self {
         AosRelocation {
-            lists: LinkedList::new(grid, count),
+            lists: LinkedList::new(grid, lengths, count),
             width: 0,
             position: Vec::new(),
             index: Vec::new(),
@@ -36,8 +36,8 @@ impl CandidateSearch for AosRelocation {
         }
     }
 
-    fn build(&mut self, buckets: &Buckets, workers: &Workers) {
-        self.lists.build(buckets, workers);
+    fn build(&mut self, buckets: &Buckets, now: Now<'_>, workers: &Workers) {
+        self.lists.build(buckets, now, workers);
     }
 
     const RELOCATES: bool = true;

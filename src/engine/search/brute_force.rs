@@ -3,18 +3,18 @@
 use crate::base::parallel::Workers;
 use crate::base::vec3::Vec3;
 use crate::engine::search::grid::{Buckets, Grid};
-use crate::engine::search::{CandidateSearch, NONE};
+use crate::engine::search::{CandidateSearch, Lengths, NONE, Now};
 
 /// No data at all. Candidates come by ascending index, so sums agree with the bucket searches to rounding only.
 #[derive(Debug, Clone)]
 pub struct BruteForce;
 
 impl CandidateSearch for BruteForce {
-    fn new(_grid: &Grid, _count: usize) -> Self {
+    fn new(_grid: &Grid, _lengths: Lengths, _count: usize) -> Self {
         BruteForce
     }
 
-    fn build(&mut self, _buckets: &Buckets, _workers: &Workers) {}
+    fn build(&mut self, _buckets: &Buckets, _now: Now<'_>, _workers: &Workers) {}
 
     const RELOCATES: bool = false;
 

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use crate::base::parallel::{Rows, Workers};
 use crate::base::vec3::Vec3;
 use crate::engine::search::grid::{Buckets, Grid};
-use crate::engine::search::{CandidateSearch, NONE};
+use crate::engine::search::{CandidateSearch, Lengths, NONE, Now};
 
 /// `bfst` and `next` of the paper, with the last entry of each bucket beside them while lists are built.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl LinkedList {
 }
 
 impl CandidateSearch for LinkedList {
-    fn new(grid: &Grid, count: usize) -> Self {
+    fn new(grid: &Grid, _lengths: Lengths, count: usize) -> Self {
         LinkedList {
             first: vec![NONE; grid.len()],
             next: (0..count).map(|_| AtomicU32::new(NONE)).collect(),
@@ -48,7 +48,7 @@ impl CandidateSearch for LinkedList {
 
     /// Appends each particle to the tail of its bucket's list, so that lists ascend. Each worker looks at all particles
     /// and builds the lists of its own share of the buckets.
-    fn build(&mut self, buckets: &Buckets, workers: &Workers) {
+    fn build(&mut self, buckets: &Buckets, _now: Now<'_>, workers: &Workers) {
         let next = &self.next;
         let columns = (Rows::new(&mut self.first), Rows::new(&mut self.last));
         workers.shared_evenly().fill(columns, |mine, (first, last)| {

@@ -5,6 +5,7 @@
 
 pub mod aos_relocation;
 pub mod brute_force;
+pub mod clusters;
 pub mod grid;
 pub mod linked_list;
 pub mod periodic;
@@ -13,18 +14,49 @@ use std::hint::cold_path;
 
 use crate::base::parallel::{Team, Workers};
 use crate::base::vec3::{Vec3, dot, sub};
+use crate::engine::columns::Visitor;
+use crate::engine::particles::Kind;
 use grid::{Buckets, Grid};
 
 /// Marks the end of a list, and a particle that is in no bucket.
 pub const NONE: u32 = u32::MAX;
 
+/// The lengths that a search is asked for, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lengths {
+    pub particle_distance_m: f64,
+    /// The radius of most walks beside the largest.
+    pub small_m: f64,
+    /// The largest radius of any walk.
+    pub large_m: f64,
+}
+
+/// The particles as they are when a search takes them up.
+#[derive(Debug, Clone, Copy)]
+pub struct Now<'a> {
+    pub kind: &'a [Kind],
+    pub position: &'a [Vec3],
+    /// The largest radius of a walk before positions change again, metres.
+    pub radius_m: f64,
+    /// Whether walls may have moved since the last time.
+    pub walls_moved: bool,
+}
+
 /// Supplies, for each particle, all particles that may be its neighbours.
 pub trait CandidateSearch: Send + Sync + Sized {
     /// A search over `count` particles in the buckets of `grid`.
-    fn new(grid: &Grid, count: usize) -> Self;
+    fn new(grid: &Grid, lengths: Lengths, count: usize) -> Self;
 
     /// Takes up the particles' new buckets.
-    fn build(&mut self, buckets: &Buckets, workers: &Workers);
+    fn build(&mut self, buckets: &Buckets, now: Now<'_>, workers: &Workers);
+
+    /// Whether walks of a radius, metres, find all pairs with what was taken up last.
+    fn reaches(&self, _radius_m: f64) -> bool {
+        true
+    }
+
+    /// Shows what the order of its sums depends on beside the particles.
+    fn visit(&mut self, _visitor: &mut Visitor<'_>) {}
 
     /// Whether positions are copied after each build, so that the step has a `relocation` phase.
     const RELOCATES: bool;

@@ -6,7 +6,7 @@
 
 use crate::base::parallel::{Team, Workers};
 use crate::base::vec3::{Vec3, add};
-use crate::engine::search::CandidateSearch;
+use crate::engine::search::{CandidateSearch, Lengths, Now};
 use crate::engine::search::grid::{Buckets, Grid, Image};
 
 #[derive(Debug)]
@@ -17,12 +17,12 @@ pub struct Periodic<C> {
 }
 
 impl<C: CandidateSearch> CandidateSearch for Periodic<C> {
-    fn new(grid: &Grid, count: usize) -> Self {
-        Periodic { search: C::new(grid, count), images: grid.images(), shifts: grid.shifts() }
+    fn new(grid: &Grid, lengths: Lengths, count: usize) -> Self {
+        Periodic { search: C::new(grid, lengths, count), images: grid.images(), shifts: grid.shifts() }
     }
 
-    fn build(&mut self, buckets: &Buckets, workers: &Workers) {
-        self.search.build(buckets, workers);
+    fn build(&mut self, buckets: &Buckets, now: Now<'_>, workers: &Workers) {
+        self.search.build(buckets, now, workers);
     }
 
     const RELOCATES: bool = C::RELOCATES;

@@ -1,0 +1,481 @@
+//! Eight numbers at once, in the widest vectors of the processor at hand.
+//!
+//! A [`Kernel`] is written once over [`Simd`], compiled once for each kind of processor, and [`dispatch`] runs the version
+//! for this one. A `Simd` is a token: it exists only where the processor was asked for what its operations need, so that
+//! they are safe to call. [`Portable`] is plain Rust, the twin that the others are tested against, and what NEON runs.
+//! Every operation is rounded as IEEE 754 says, fused ones once, so that all give the same bits.
+
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64::*;
+
+/// How many numbers.
+pub const LANES: usize = 8;
+
+/// Vectors of eight numbers and what can be done to them.
+pub trait Simd: Copy + Send + Sync {
+    /// Eight 64-bit numbers.
+    type F: Copy;
+    /// A choice among them.
+    type M: Copy;
+
+    fn splat(self, value: f64) -> Self::F;
+    fn load(self, from: &[f64; LANES]) -> Self::F;
+    fn store(self, value: Self::F, to: &mut [f64; LANES]);
+    /// Widens eight 32-bit numbers.
+    fn load_narrow(self, from: &[f32; LANES]) -> Self::F;
+    /// Rounds to 32-bit numbers.
+    fn store_narrow(self, value: Self::F, to: &mut [f32; LANES]);
+    fn add(self, a: Self::F, b: Self::F) -> Self::F;
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F;
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    /// `a b + c`, rounded once.
+    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// `c - a b`, rounded once.
+    fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F;
+    /// `a` where it is below `b`, `b` elsewhere.
+    fn min(self, a: Self::F, b: Self::F) -> Self::F;
+    /// Where `a < b`.
+    fn below(self, a: Self::F, b: Self::F) -> Self::M;
+    /// `a` where chosen, zero elsewhere.
+    fn keep(self, mask: Self::M, a: Self::F) -> Self::F;
+    /// `a` where chosen, `b` elsewhere.
+    fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F;
+    fn both(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Bit k for lane k.
+    fn bits(self, mask: Self::M) -> u8;
+    /// The lanes of a number's bits.
+    fn mask(self, bits: u8) -> Self::M;
+    /// `1 / sqrt(a)` to 3.5 %, by halving the exponent.
+    fn guess_reciprocal_sqrt(self, a: Self::F) -> Self::F;
+
+    /// `1 / sqrt(a)` of normal positive numbers to two units in the last place; of zero more than 1e150.
+    ///
+    /// Two steps of third and one of second order of Householder's iteration in `e = 1 - a y^2`.
+    #[inline(always)]
+    fn reciprocal_sqrt(self, a: Self::F) -> Self::F {
+        let y = self.closer(a, self.closer(a, self.guess_reciprocal_sqrt(a)));
+        let e = self.neg_mul_add(self.mul(a, y), y, self.splat(1.0));
+        self.mul_add(self.mul(e, y), self.splat(0.5), y)
+    }
+
+    /// A step of third order from `y` towards `1 / sqrt(a)`.
+    #[inline(always)]
+    fn closer(self, a: Self::F, y: Self::F) -> Self::F {
+        let e = self.neg_mul_add(self.mul(a, y), y, self.splat(1.0));
+        self.mul_add(self.mul(e, y), self.mul_add(e, self.splat(0.375), self.splat(0.5)), y)
+    }
+
+    /// The sum of a product's three components, `a . b`.
+    #[inline(always)]
+    fn dot(self, a: [Self::F; 3], b: [Self::F; 3]) -> Self::F {
+        self.mul_add(a[0], b[0], self.mul_add(a[1], b[1], self.mul(a[2], b[2])))
+    }
+
+    /// The numbers of a vector, in memory.
+    #[inline(always)]
+    fn array(self, value: Self::F) -> [f64; LANES] {
+        let mut to = [0.0; LANES];
+        self.store(value, &mut to);
+        to
+    }
+}
+
+/// Something that is computed with whatever vectors there are.
+pub trait Kernel {
+    type Out;
+
+    /// Must be `#[inline(always)]`, as must be what it calls, to be compiled with the features of the processor.
+    fn run<S: Simd>(self, simd: S) -> Self::Out;
+}
+
+/// Of the guess: what makes half the exponent's bits, negated, closest to the logarithm of the root's reciprocal.
+const GUESS: u64 = 0x5FE6_EB50_C7B5_37A9;
+
+/// No more than what every processor has.
+#[derive(Debug, Clone, Copy)]
+pub struct Portable;
+
+#[inline(always)]
+fn each(f: impl FnMut(usize) -> f64) -> [f64; LANES] {
+    std::array::from_fn(f)
+}
+
+impl Simd for Portable {
+    type F = [f64; LANES];
+    type M = [bool; LANES];
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Self::F {
+        [value; LANES]
+    }
+    #[inline(always)]
+    fn load(self, from: &[f64; LANES]) -> Self::F {
+        *from
+    }
+    #[inline(always)]
+    fn store(self, value: Self::F, to: &mut [f64; LANES]) {
+        *to = value;
+    }
+    #[inline(always)]
+    fn load_narrow(self, from: &[f32; LANES]) -> Self::F {
+        each(|k| f64::from(from[k]))
+    }
+    #[inline(always)]
+    fn store_narrow(self, value: Self::F, to: &mut [f32; LANES]) {
+        *to = value.map(|v| v as f32);
+    }
+    #[inline(always)]
+    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+        each(|k| a[k] + b[k])
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+        each(|k| a[k] - b[k])
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+        each(|k| a[k] * b[k])
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        each(|k| a[k].mul_add(b[k], c[k]))
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+        each(|k| (-a[k]).mul_add(b[k], c[k]))
+    }
+    #[inline(always)]
+    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+        each(|k| if a[k] < b[k] { a[k] } else { b[k] })
+    }
+    #[inline(always)]
+    fn below(self, a: Self::F, b: Self::F) -> Self::M {
+        std::array::from_fn(|k| a[k] < b[k])
+    }
+    #[inline(always)]
+    fn keep(self, mask: Self::M, a: Self::F) -> Self::F {
+        each(|k| if mask[k] { a[k] } else { 0.0 })
+    }
+    #[inline(always)]
+    fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
+        each(|k| if mask[k] { a[k] } else { b[k] })
+    }
+    #[inline(always)]
+    fn both(self, a: Self::M, b: Self::M) -> Self::M {
+        std::array::from_fn(|k| a[k] & b[k])
+    }
+    #[inline(always)]
+    fn bits(self, mask: Self::M) -> u8 {
+        (0..LANES).fold(0, |bits, k| bits | u8::from(mask[k]) << k)
+    }
+    #[inline(always)]
+    fn mask(self, bits: u8) -> Self::M {
+        std::array::from_fn(|k| bits >> k & 1 == 1)
+    }
+    #[inline(always)]
+    fn guess_reciprocal_sqrt(self, a: Self::F) -> Self::F {
+        a.map(|a| f64::from_bits(GUESS.wrapping_sub(a.to_bits() >> 1)))
+    }
+}
+
+/// Makes a [`Simd`] of intrinsics. Every one of them needs the features that its token stands for.
+#[cfg(target_arch = "x86_64")]
+macro_rules! intrinsics {
+    ($token:ident, $f:ty, $m:ty, { $(fn $name:ident($($arg:ident: $type:ty),*) $(-> $out:ty)? $body:block)+ }) => {
+        impl Simd for $token {
+            type F = $f;
+            type M = $m;
+
+            $(
+                #[inline(always)]
+                #[allow(unused_unsafe, reason = "some operations on masks need no intrinsic")]
+                fn $name(self, $($arg: $type),*) $(-> $out)? {
+                    // SAFETY: a token exists only where `dispatch` found the features; arrays are as long as the access.
+                    unsafe { $body }
+                }
+            )+
+        }
+    };
+}
+
+/// One register of 512 bits.
+#[cfg(target_arch = "x86_64")]
+#[derive(Debug, Clone, Copy)]
+pub struct Avx512(());
+
+#[cfg(target_arch = "x86_64")]
+intrinsics!(Avx512, __m512d, __mmask8, {
+    fn splat(value: f64) -> __m512d {
+        _mm512_set1_pd(value)
+    }
+    fn load(from: &[f64; LANES]) -> __m512d {
+        _mm512_loadu_pd(from.as_ptr())
+    }
+    fn store(value: __m512d, to: &mut [f64; LANES]) {
+        _mm512_storeu_pd(to.as_mut_ptr(), value)
+    }
+    fn load_narrow(from: &[f32; LANES]) -> __m512d {
+        _mm512_cvtps_pd(_mm256_loadu_ps(from.as_ptr()))
+    }
+    fn store_narrow(value: __m512d, to: &mut [f32; LANES]) {
+        _mm256_storeu_ps(to.as_mut_ptr(), _mm512_cvtpd_ps(value))
+    }
+    fn add(a: __m512d, b: __m512d) -> __m512d {
+        _mm512_add_pd(a, b)
+    }
+    fn sub(a: __m512d, b: __m512d) -> __m512d {
+        _mm512_sub_pd(a, b)
+    }
+    fn mul(a: __m512d, b: __m512d) -> __m512d {
+        _mm512_mul_pd(a, b)
+    }
+    fn mul_add(a: __m512d, b: __m512d, c: __m512d) -> __m512d {
+        _mm512_fmadd_pd(a, b, c)
+    }
+    fn neg_mul_add(a: __m512d, b: __m512d, c: __m512d) -> __m512d {
+        _mm512_fnmadd_pd(a, b, c)
+    }
+    fn min(a: __m512d, b: __m512d) -> __m512d {
+        _mm512_min_pd(a, b)
+    }
+    fn below(a: __m512d, b: __m512d) -> __mmask8 {
+        _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b)
+    }
+    fn keep(mask: __mmask8, a: __m512d) -> __m512d {
+        _mm512_maskz_mov_pd(mask, a)
+    }
+    fn select(mask: __mmask8, a: __m512d, b: __m512d) -> __m512d {
+        _mm512_mask_mov_pd(b, mask, a)
+    }
+    fn both(a: __mmask8, b: __mmask8) -> __mmask8 {
+        a & b
+    }
+    fn bits(mask: __mmask8) -> u8 {
+        mask
+    }
+    fn mask(bits: u8) -> __mmask8 {
+        bits
+    }
+    fn guess_reciprocal_sqrt(a: __m512d) -> __m512d {
+        let halved = _mm512_srli_epi64::<1>(_mm512_castpd_si512(a));
+        _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(GUESS as i64), halved))
+    }
+});
+
+/// Two registers of 256 bits.
+#[cfg(target_arch = "x86_64")]
+#[derive(Debug, Clone, Copy)]
+pub struct Avx2(());
+
+#[cfg(target_arch = "x86_64")]
+type Pair = [__m256d; 2];
+
+#[cfg(target_arch = "x86_64")]
+intrinsics!(Avx2, Pair, Pair, {
+    fn splat(value: f64) -> Pair {
+        [_mm256_set1_pd(value); 2]
+    }
+    fn load(from: &[f64; LANES]) -> Pair {
+        [_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from[4..].as_ptr())]
+    }
+    fn store(value: Pair, to: &mut [f64; LANES]) {
+        _mm256_storeu_pd(to.as_mut_ptr(), value[0]);
+        _mm256_storeu_pd(to[4..].as_mut_ptr(), value[1]);
+    }
+    fn load_narrow(from: &[f32; LANES]) -> Pair {
+        [_mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr())), _mm256_cvtps_pd(_mm_loadu_ps(from[4..].as_ptr()))]
+    }
+    fn store_narrow(value: Pair, to: &mut [f32; LANES]) {
+        _mm_storeu_ps(to.as_mut_ptr(), _mm256_cvtpd_ps(value[0]));
+        _mm_storeu_ps(to[4..].as_mut_ptr(), _mm256_cvtpd_ps(value[1]));
+    }
+    fn add(a: Pair, b: Pair) -> Pair {
+        [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])]
+    }
+    fn sub(a: Pair, b: Pair) -> Pair {
+        [_mm256_sub_pd(a[0], b[0]), _mm256_sub_pd(a[1], b[1])]
+    }
+    fn mul(a: Pair, b: Pair) -> Pair {
+        [_mm256_mul_pd(a[0], b[0]), _mm256_mul_pd(a[1], b[1])]
+    }
+    fn mul_add(a: Pair, b: Pair, c: Pair) -> Pair {
+        [_mm256_fmadd_pd(a[0], b[0], c[0]), _mm256_fmadd_pd(a[1], b[1], c[1])]
+    }
+    fn neg_mul_add(a: Pair, b: Pair, c: Pair) -> Pair {
+        [_mm256_fnmadd_pd(a[0], b[0], c[0]), _mm256_fnmadd_pd(a[1], b[1], c[1])]
+    }
+    fn min(a: Pair, b: Pair) -> Pair {
+        [_mm256_min_pd(a[0], b[0]), _mm256_min_pd(a[1], b[1])]
+    }
+    fn below(a: Pair, b: Pair) -> Pair {
+        [_mm256_cmp_pd::<_CMP_LT_OQ>(a[0], b[0]), _mm256_cmp_pd::<_CMP_LT_OQ>(a[1], b[1])]
+    }
+    fn keep(mask: Pair, a: Pair) -> Pair {
+        [_mm256_and_pd(mask[0], a[0]), _mm256_and_pd(mask[1], a[1])]
+    }
+    fn select(mask: Pair, a: Pair, b: Pair) -> Pair {
+        [_mm256_blendv_pd(b[0], a[0], mask[0]), _mm256_blendv_pd(b[1], a[1], mask[1])]
+    }
+    fn both(a: Pair, b: Pair) -> Pair {
+        [_mm256_and_pd(a[0], b[0]), _mm256_and_pd(a[1], b[1])]
+    }
+    fn bits(mask: Pair) -> u8 {
+        (_mm256_movemask_pd(mask[0]) | _mm256_movemask_pd(mask[1]) << 4) as u8
+    }
+    fn mask(bits: u8) -> Pair {
+        let (bits, low) = (_mm256_set1_epi64x(i64::from(bits)), _mm256_setr_epi64x(1, 2, 4, 8));
+        let high = _mm256_slli_epi64::<4>(low);
+        [low, high].map(|lanes| _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, lanes), lanes)))
+    }
+    fn guess_reciprocal_sqrt(a: Pair) -> Pair {
+        let guess = _mm256_set1_epi64x(GUESS as i64);
+        let [low, high] = [_mm256_castpd_si256(a[0]), _mm256_castpd_si256(a[1])];
+        let (low, high) = (_mm256_srli_epi64::<1>(low), _mm256_srli_epi64::<1>(high));
+        [
+            _mm256_castsi256_pd(_mm256_sub_epi64(guess, low)),
+            _mm256_castsi256_pd(_mm256_sub_epi64(guess, high)),
+        ]
+    }
+});
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn with_avx512<K: Kernel>(kernel: K) -> K::Out {
+    kernel.run(Avx512(()))
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn with_avx2<K: Kernel>(kernel: K) -> K::Out {
+    kernel.run(Avx2(()))
+}
+
+/// The vectors of a processor, by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Vectors {
+    Avx512,
+    Avx2,
+    Portable,
+}
+
+impl Vectors {
+    pub const ALL: [Vectors; 3] = [Vectors::Avx512, Vectors::Avx2, Vectors::Portable];
+
+    /// Whether this processor has them.
+    pub fn are_here(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let avx2 = || {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            };
+            let avx512 = || {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512bw")
+            };
+            match self {
+                Vectors::Avx512 => avx2() && avx512(),
+                Vectors::Avx2 => avx2(),
+                Vectors::Portable => true,
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            self == Vectors::Portable
+        }
+    }
+
+    /// The widest of this processor.
+    pub fn widest() -> Vectors {
+        Vectors::ALL.into_iter().find(|vectors| vectors.are_here()).unwrap_or(Vectors::Portable)
+    }
+}
+
+/// Runs `kernel` with `vectors`, or with portable ones where this processor lacks them.
+#[inline]
+pub fn run_with<K: Kernel>(vectors: Vectors, kernel: K) -> K::Out {
+    #[cfg(target_arch = "x86_64")]
+    match vectors {
+        // SAFETY: the features of `with_avx512` were found.
+        Vectors::Avx512 if vectors.are_here() => return unsafe { with_avx512(kernel) },
+        // SAFETY: the features of `with_avx2` were found.
+        Vectors::Avx2 if vectors.are_here() => return unsafe { with_avx2(kernel) },
+        _ => {}
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = vectors;
+    kernel.run(Portable)
+}
+
+/// Runs `kernel` with the widest vectors of this processor.
+#[inline]
+pub fn dispatch<K: Kernel>(kernel: K) -> K::Out {
+    run_with(Vectors::widest(), kernel)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every operation once, on numbers of many sizes.
+    struct Everything([[f64; LANES]; 3]);
+
+    impl Kernel for Everything {
+        type Out = (Vec<[u64; LANES]>, u8);
+
+        #[inline(always)]
+        fn run<S: Simd>(self, s: S) -> Self::Out {
+            let [a, b, c] = [s.load(&self.0[0]), s.load(&self.0[1]), s.load(&self.0[2])];
+            let (below, some) = (s.below(a, b), s.mask(0b1011_0010));
+            let mut narrow = [0.0; LANES];
+            s.store_narrow(a, &mut narrow);
+            let results = [
+                s.splat(self.0[0][3]),
+                s.load_narrow(&narrow),
+                s.add(a, b),
+                s.sub(a, b),
+                s.mul(a, b),
+                s.mul_add(a, b, c),
+                s.neg_mul_add(a, b, c),
+                s.min(a, b),
+                s.keep(below, a),
+                s.select(some, a, b),
+                s.keep(s.both(some, below), c),
+                s.reciprocal_sqrt(a),
+                s.dot([a, b, c], [c, a, b]),
+            ];
+            let bits = results.map(|value| s.array(value).map(f64::to_bits));
+            (bits.to_vec(), s.bits(below))
+        }
+    }
+
+    #[test]
+    fn all_vectors_give_the_bits_of_plain_rust() {
+        let mut random = fastrand::Rng::with_seed(3);
+        for _ in 0..1000 {
+            let mut number = || (random.f64() + 0.1) * 10f64.powi(random.i32(-12..12));
+            let numbers = std::array::from_fn(|_| std::array::from_fn(|_| number()));
+            let plain = Everything(numbers).run(Portable);
+            for vectors in Vectors::ALL {
+                assert_eq!(run_with(vectors, Everything(numbers)), plain, "{vectors:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn reciprocal_roots_are_good_to_two_units_in_the_last_place() {
+        let mut random = fastrand::Rng::with_seed(5);
+        for _ in 0..20_000 {
+            let value = (random.f64() + 0.5) * 2f64.powi(random.i32(-300..300));
+            let found = Portable.reciprocal_sqrt([value; LANES])[0];
+            assert!((found * value.sqrt() - 1.0).abs() <= 4.0 * f64::EPSILON, "{value}: {found}");
+        }
+        assert!(Portable.reciprocal_sqrt([0.0; LANES])[0] > 1e150);
+    }
+}

@@ -1,0 +1,170 @@
+//! For each cluster the slots that may lie within reach of any of its lanes.
+
+use std::ops::Range;
+
+use super::cells::Cells;
+use super::slots::{Section, Slots};
+use crate::base::parallel::{Rows, Team};
+use crate::base::simd::{Kernel, LANES, Simd, dispatch};
+
+/// Clusters whose lists one piece of work makes.
+pub const CHUNK: usize = 16;
+
+/// The slots near one cluster, those within the smaller radius first.
+#[derive(Debug, Clone, Copy)]
+pub struct Near<'a> {
+    slots: &'a [u32],
+    near: usize,
+    /// How many of the first stand in the cluster itself.
+    own: usize,
+}
+
+impl<'a> Near<'a> {
+    /// All of them.
+    #[inline(always)]
+    pub fn all(self) -> &'a [u32] {
+        self.slots
+    }
+
+    /// Those that may lie within the smaller radius.
+    #[inline(always)]
+    pub fn within_small(self) -> &'a [u32] {
+        &self.slots[..self.near]
+    }
+
+    /// How many of the first stand in the cluster itself: the k-th is lane k.
+    #[inline(always)]
+    pub fn own(self) -> usize {
+        self.own
+    }
+}
+
+/// The lists of one section's clusters over another section.
+#[derive(Debug)]
+pub struct Lists {
+    of: Section,
+    over: Section,
+    first: usize,
+    chunks: Vec<Chunk>,
+}
+
+#[derive(Debug, Default)]
+struct Chunk {
+    slots: Vec<u32>,
+    far: Vec<u32>,
+    /// Where each cluster's list ends, and where its near part does.
+    ends: Vec<(u32, u32)>,
+}
+
+/// The radii of a list, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    pub small_m: f64,
+    pub large_m: f64,
+}
+
+impl Lists {
+    pub fn new(of: Section, over: Section) -> Self {
+        Lists { of, over, first: 0, chunks: Vec::new() }
+    }
+
+    /// Makes them anew; `cells` are those in which the section `over` is sorted.
+    pub fn build(&mut self, slots: &Slots, cells: &Cells, reach: Reach, team: Team<'_>) {
+        let clusters = slots.clusters(self.of);
+        let (of, over) = (self.of, self.over);
+        self.first = clusters.start;
+        self.chunks.resize_with(clusters.len().div_ceil(CHUNK), Chunk::default);
+        team.fill(Rows::new(&mut self.chunks), |range, chunks| {
+            for (k, chunk) in range.zip(chunks) {
+                let first = clusters.start + k * CHUNK;
+                let clusters = first..clusters.end.min(first + CHUNK);
+                dispatch(Build { chunk, clusters, of, over, slots, cells, reach });
+            }
+        });
+    }
+
+    /// The list of a cluster.
+    #[inline(always)]
+    pub fn of(&self, cluster: usize) -> Near<'_> {
+        let k = cluster - self.first;
+        let chunk = &self.chunks[k / CHUNK];
+        let (end, near_end) = chunk.ends[k % CHUNK];
+        let start = if k % CHUNK == 0 { 0 } else { chunk.ends[k % CHUNK - 1].0 } as usize;
+        let slots = &chunk.slots[start..end as usize];
+        let own = if self.of == self.over { slots.len().min(self.own_lanes(cluster, slots)) } else { 0 };
+        Near { slots, near: near_end as usize - start, own }
+    }
+
+    /// The first slots of a list that are the cluster's own.
+    #[inline(always)]
+    fn own_lanes(&self, cluster: usize, slots: &[u32]) -> usize {
+        slots.iter().take(LANES).take_while(|&&slot| slot as usize / LANES == cluster).count()
+    }
+
+    /// All entries.
+    pub fn len(&self) -> usize {
+        self.chunks.iter().map(|chunk| chunk.slots.len()).sum()
+    }
+
+    pub fn bytes(&self) -> usize {
+        let bytes = |c: &Chunk| {
+            (c.slots.capacity() + c.far.capacity()) * size_of::<u32>() + c.ends.capacity() * size_of::<(u32, u32)>()
+        };
+        self.chunks.iter().map(bytes).sum()
+    }
+}
+
+struct Build<'a> {
+    chunk: &'a mut Chunk,
+    clusters: Range<usize>,
+    of: Section,
+    over: Section,
+    slots: &'a Slots,
+    cells: &'a Cells,
+    reach: Reach,
+}
+
+impl Kernel for Build<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let Build { chunk: Chunk { slots: found, far, ends }, clusters, of, over, slots, cells, reach } = self;
+        let (small, large) =
+            (s.splat(reach.small_m * reach.small_m), s.splat(reach.large_m * reach.large_m));
+        let offset = slots.of(over).start;
+        found.clear();
+        ends.clear();
+        for cluster in clusters {
+            let x = slots.lanes[cluster].each_ref().map(|lanes| s.load(lanes));
+            let (low, high) = slots.bounds(of, cluster);
+            let first = cluster * LANES;
+            let own = if of == over { first..first + slots.filled_lanes(of, cluster) } else { 0..0 };
+            found.extend(own.clone().map(|slot| slot as u32));
+            far.clear();
+            cells.ranges(low, high, reach.large_m, |range| {
+                let range = range.start + offset..range.end + offset;
+                let (mut near_len, mut far_len) = (found.len(), far.len());
+                found.resize(near_len + range.len(), 0);
+                far.resize(far_len + range.len(), 0);
+                for slot in range {
+                    let point = slots.points[slot];
+                    let r = [0, 1, 2].map(|d| s.sub(s.splat(point[d]), x[d]));
+                    let r2 = s.dot(r, r);
+                    let near = s.bits(s.below(r2, small)) != 0;
+                    let within = s.bits(s.below(r2, large)) != 0;
+                    let other = !own.contains(&slot);
+                    found[near_len] = slot as u32;
+                    far[far_len] = slot as u32;
+                    near_len += usize::from(near & other);
+                    far_len += usize::from(within & !near & other);
+                }
+                found.truncate(near_len);
+                far.truncate(far_len);
+            });
+            let near_end = found.len() as u32;
+            found.extend_from_slice(far);
+            ends.push((found.len() as u32, near_end));
+        }
+    }
+}

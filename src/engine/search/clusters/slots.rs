@@ -1,0 +1,114 @@
+//! Where particles stand in the order of clusters, and their positions in it.
+
+use crate::base::simd::LANES;
+use crate::base::vec3::Vec3;
+use crate::engine::search::NONE;
+use std::ops::Range;
+
+/// Where the coordinates of an empty lane lie, metres: out of everyone's reach, and its square a number still.
+pub const FAR: f64 = 1e30;
+
+/// Eight particles side by side in space, their coordinates by lane.
+pub type Lanes = [[f64; LANES]; 3];
+
+/// The parts of the order, each sorted by cells of its own and filled up to whole clusters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Section {
+    DummyWall,
+    Wall,
+    /// Fluid and bodies.
+    Mobile,
+}
+
+impl Section {
+    pub const ALL: [Section; 3] = [Section::DummyWall, Section::Wall, Section::Mobile];
+}
+
+#[derive(Debug, Default)]
+pub struct Slots {
+    /// The particle in each slot; [`NONE`] in those that fill up a section.
+    pub particle: Vec<u32>,
+    /// The slot of each particle; [`NONE`] for ghosts.
+    pub of_particle: Vec<u32>,
+    /// The coordinates of each cluster, metres.
+    pub lanes: Vec<Lanes>,
+    /// The same by slot, and a number beside them that the pressure's stage puts there.
+    pub points: Vec<[f64; 4]>,
+    /// The slots of each section that hold particles, from a whole cluster on.
+    filled: [Range<usize>; 3],
+}
+
+impl Slots {
+    /// The slots of a section that hold particles.
+    pub fn of(&self, section: Section) -> Range<usize> {
+        self.filled[section as usize].clone()
+    }
+
+    /// The clusters of a section.
+    pub fn clusters(&self, section: Section) -> Range<usize> {
+        let slots = self.of(section);
+        slots.start / LANES..slots.end.div_ceil(LANES)
+    }
+
+    /// How many lanes of a cluster hold particles.
+    #[inline(always)]
+    pub fn filled_lanes(&self, section: Section, cluster: usize) -> usize {
+        (self.of(section).end - cluster * LANES).min(LANES)
+    }
+
+    /// Makes room for so many particles in each section.
+    pub fn lay_out(&mut self, counts: [usize; 3], particles: usize) {
+        let mut next = 0;
+        for (filled, count) in self.filled.iter_mut().zip(counts) {
+            *filled = next..next + count;
+            next = (next + count).next_multiple_of(LANES);
+        }
+        self.of_particle.resize(particles, NONE);
+        self.particle.resize(next, NONE);
+        self.points.resize(next, [FAR, FAR, FAR, 0.0]);
+        self.lanes.resize(next / LANES, [[FAR; LANES]; 3]);
+    }
+
+    /// Notes which particles `section` holds now, which stand in `particle` already.
+    pub fn renumber(&mut self, section: Section) {
+        let (slots, clusters) = (self.of(section), self.clusters(section));
+        for slot in slots.clone() {
+            self.of_particle[self.particle[slot] as usize] = slot as u32;
+        }
+        for empty in slots.end..clusters.end * LANES {
+            self.particle[empty] = NONE;
+            self.points[empty] = [FAR, FAR, FAR, 0.0];
+            for d in 0..3 {
+                self.lanes[empty / LANES][d][empty % LANES] = FAR;
+            }
+        }
+    }
+
+    /// Takes up the positions of a section.
+    pub fn gather(&mut self, section: Section, positions: &[Vec3]) {
+        for slot in self.of(section) {
+            let x = positions[self.particle[slot] as usize];
+            let lanes = &mut self.lanes[slot / LANES];
+            for d in 0..3 {
+                self.points[slot][d] = x[d];
+                lanes[d][slot % LANES] = x[d];
+            }
+        }
+    }
+
+    /// The box around a cluster.
+    pub fn bounds(&self, section: Section, cluster: usize) -> (Vec3, Vec3) {
+        let first = cluster * LANES;
+        let points = &self.points[first..first + self.filled_lanes(section, cluster)];
+        let start = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        points.iter().fold(start, |(low, high), x| {
+            ([0, 1, 2].map(|d| low[d].min(x[d])), [0, 1, 2].map(|d| high[d].max(x[d])))
+        })
+    }
+
+    pub fn bytes(&self) -> usize {
+        (self.particle.capacity() + self.of_particle.capacity()) * size_of::<u32>()
+            + self.points.capacity() * size_of::<[f64; 4]>()
+            + self.lanes.capacity() * size_of::<Lanes>()
+    }
+}
