@@ -67,12 +67,24 @@ fn explore() {
         let (exact, _) = flow.step(1, |o| o.cg.tolerance = 1e-13);
         for name in Preconditioning::ALL {
             let (p, solve) = flow.step(1, |o| o.cg.preconditioner = name);
-            println!("{l0} {name}: {} of {}, {:e}, {:e}", solve.cg.iterations, solve.unknowns, solve.cg.residual, difference(&p, &exact));
+            println!(
+                "{l0} {name}: {} of {}, {:e}, {:e}",
+                solve.cg.iterations,
+                solve.unknowns,
+                solve.cg.residual,
+                difference(&p, &exact)
+            );
         }
         let (p, solve) = flow.step(1, |o| {
             o.matrix_values = MatrixValues::F32;
             o.cg.tolerance = 1e-13;
         });
-        println!("{l0} f32: {} of {}, {:e}, {:e}", solve.cg.iterations, solve.unknowns, solve.cg.residual, difference(&p, &exact));
+        println!(
+            "{l0} f32: {} of {}, {:e}, {:e}",
+            solve.cg.iterations,
+            solve.unknowns,
+            solve.cg.residual,
+            difference(&p, &exact)
+        );
     }
 }
