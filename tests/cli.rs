@@ -65,6 +65,8 @@ fn impossible_options_are_refused() {
     simulate(&["--threads", "1025"], &["--threads", "1025", "1 to 1024"]);
     simulate(&["--preset", "magic"], &["magic", "paper-linked-list"]);
     simulate(&["--storage", "dense"], &["dense", "csr"]);
+    simulate(&["--preconditioner", "magic"], &["magic", "two-level"]);
+    simulate(&["--matrix-values", "f16"], &["f16", "`f64` or `f32`"]);
     simulate(&["--distance-test", "cube"], &["cube", "squared"]);
     simulate(&["--cg-tolerance", "0"], &["cg_tolerance", "1e-13"]);
     simulate(&["--timings", "/no/such/folder/t.csv"], &["--timings", "folder that exists"]);

@@ -10,6 +10,7 @@ use repro::engine::pressure::enclosed::EnclosedParts;
 use repro::engine::pressure::matrix::Storage;
 use repro::engine::pressure::options::Gradient;
 use repro::engine::pressure::poisson::Poisson;
+use repro::engine::pressure::preconditioner::Places;
 use repro::scene::validation::{CASES, Fidelity, Outcome, general};
 
 const L0: f64 = 0.02;
@@ -32,7 +33,7 @@ fn constants_are_projected_out_of_singular_parts_and_of_no_others() {
     let mut bits = Vec::new();
     for threads in [1, 2] {
         let workers = Workers::new(threads, Schedule::Static, &[]).unwrap();
-        let mut poisson = Poisson::new(&Pressure::default(), &parameters(), Storage::Csr);
+        let mut poisson = Poisson::<f64>::new(&Pressure::default(), &parameters(), Storage::Csr);
         poisson.matrix.assemble(ROWS, &workers, |row, entries| {
             neighbors(row).for_each(|other| entries.push(other as u32, -1.0));
             diagonal(row)
@@ -47,8 +48,8 @@ fn constants_are_projected_out_of_singular_parts_and_of_no_others() {
         parts.find(&enclosed, ROWS, &poisson.matrix);
         assert_eq!(parts.count(), 2);
         poisson.project(&mut parts, workers.shared_evenly(), 1.0);
-        let mut solver = ConjugateGradient::new(CgParams { tolerance: 1e-12, ..CgParams::default() });
-        solver.solve(&poisson, &mut parts, &workers).unwrap();
+        let mut solver = ConjugateGradient::new(CgParams { tolerance: 1e-12, ..CgParams::default() }, L0);
+        solver.solve(&poisson.system(Places::default()), &mut parts, &workers).unwrap();
         let mean = |part: usize| {
             (0..ROWS).filter(|&row| chain(row) == part).map(known).sum::<f64>() / (ROWS / 3) as f64
         };

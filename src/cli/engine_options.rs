@@ -10,6 +10,8 @@ use crate::base::parallel::{MAX_THREADS, Schedule, Workers};
 use crate::engine::preset::{Options, PairTerms, Preset, Test};
 use crate::engine::pressure::conjugate_gradient::CgMode;
 use crate::engine::pressure::matrix::Storage;
+use crate::engine::pressure::preconditioner::Preconditioning;
+use crate::engine::pressure::values::MatrixValues;
 use crate::experiment::pinning::pin_order;
 use crate::experiment::record::{checked_buckets, checked_tolerance};
 
@@ -36,6 +38,9 @@ pub struct EngineOptions {
     /// Matrix storage: ell or csr [default: the preset's]
     #[arg(long)]
     storage: Option<Storage>,
+    /// Precision of the pressure's matrix beside its diagonal: f64 or f32 [default: the preset's]
+    #[arg(long)]
+    matrix_values: Option<MatrixValues>,
     /// Walks over the pairs of one radius: shared by all effects, or separate [default: the preset's]
     #[arg(long)]
     pair_terms: Option<PairTerms>,
@@ -45,6 +50,9 @@ pub struct EngineOptions {
     /// Relative residual at which the conjugate gradient method stops [default: 1e-8]
     #[arg(long)]
     cg_tolerance: Option<f64>,
+    /// Preconditioner of the pressure's solve: none, jacobi, ssor, ic0 or two-level [default: the preset's]
+    #[arg(long)]
+    preconditioner: Option<Preconditioning>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -72,6 +80,8 @@ impl EngineOptions {
         options.distance_test = self.distance_test.unwrap_or(options.distance_test);
         options.buckets_per_radius = checked_buckets("command line", self.buckets_per_radius)?;
         options.storage = self.storage.unwrap_or(options.storage);
+        options.matrix_values = self.matrix_values.unwrap_or(options.matrix_values);
+        options.cg.preconditioner = self.preconditioner.unwrap_or(options.cg.preconditioner);
         options.pair_terms = self.pair_terms.unwrap_or(options.pair_terms);
         options.cg.mode = match self.cg {
             Cg::Serial => CgMode::Serial,

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use crate::base::parallel::Schedule;
 use crate::engine::pressure::conjugate_gradient::CgParams;
 use crate::engine::pressure::matrix::Storage;
+use crate::engine::pressure::values::MatrixValues;
 
 /// A neighbour search by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,9 +25,10 @@ pub enum Test {
     Squared,
 }
 
-/// Everything that may change the time of a simulation. The answer depends on `cg.tolerance` and, since it decides the
-/// order of summation, on `buckets_per_radius`; on nothing else, to the last bit, but for two rarities: brute force sums
-/// in an order of its own, and the two distance tests may round a pair that lies exactly on a radius to different sides.
+/// Everything that may change the time of a simulation. The answer depends on `cg.tolerance`, `cg.preconditioner` and
+/// `matrix_values` and, since it decides the order of summation, on `buckets_per_radius`; on nothing else, to the last bit,
+/// but for two rarities: brute force sums in an order of its own, and the two distance tests may round a pair that lies
+/// exactly on a radius to different sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     pub search: Search,
@@ -34,6 +36,8 @@ pub struct Options {
     /// How many buckets side by side are as long as the largest influence radius.
     pub buckets_per_radius: NonZeroUsize,
     pub storage: Storage,
+    /// Of the pressure's matrix.
+    pub matrix_values: MatrixValues,
     pub schedule: Schedule,
     pub cg: CgParams,
     pub pair_terms: PairTerms,
@@ -90,6 +94,7 @@ impl Preset {
             distance_test: if general { Test::Squared } else { Test::Sqrt },
             buckets_per_radius: NonZeroUsize::MIN,
             storage: if general { Storage::Csr } else { Storage::Ell },
+            matrix_values: MatrixValues::F64,
             schedule: Schedule::Dynamic(const { std::num::NonZeroUsize::new(64).unwrap() }),
             cg: CgParams::default(),
             pair_terms: if general { PairTerms::Shared } else { PairTerms::Separate },

@@ -22,7 +22,7 @@ use crate::engine::particles::{InitialParticle, Particles};
 use crate::engine::phase::{Phase, Probe};
 use crate::engine::preset::{Options, Search, Test};
 use crate::engine::pressure::conjugate_gradient::CgInfo;
-use crate::engine::pressure::{PressureReport, PressureSolve};
+use crate::engine::pressure::{self, PressureReport};
 use crate::engine::search::aos_relocation::AosRelocation;
 use crate::engine::search::brute_force::BruteForce;
 use crate::engine::search::grid::{BadDomain, Grid};
@@ -59,7 +59,7 @@ fn textbook_stages<C: CandidateSearch + 'static, T: DistanceTest>(
         stages.push(Box::new(WallContacts::new(contact, parameters, state)));
     }
     if let Some(pressure) = &effects.pressure {
-        stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
+        stages.push(pressure::stage(pressure, parameters, options, state));
         stages.push(Box::new(Corrector));
     }
     stages
@@ -125,7 +125,7 @@ fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
         stages.push(Box::new(WallContacts::new(contact, parameters, state)));
     }
     if let Some(pressure) = &effects.pressure {
-        stages.push(Box::new(PressureSolve::new(pressure, parameters, options, state)));
+        stages.push(pressure::stage(pressure, parameters, options, state));
         stages.push(Box::new(Corrector));
     }
     if let Some(bodies) = &effects.rigid_bodies {

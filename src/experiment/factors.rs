@@ -43,6 +43,10 @@ pub struct Factors {
     pub cg: Vec<String>,
     #[serde(default)]
     pub cg_tolerance: Vec<f64>,
+    #[serde(default)]
+    pub preconditioner: Vec<String>,
+    #[serde(default)]
+    pub matrix_values: Vec<String>,
     /// Ids of the experiment's schemes: changes to the scene that variants of one group differ by.
     #[serde(default)]
     pub scheme: Vec<String>,
@@ -114,6 +118,8 @@ impl Factors {
             ("storage", &self.storage),
             ("schedule", &self.schedule),
             ("cg", &self.cg),
+            ("preconditioner", &self.preconditioner),
+            ("matrix_values", &self.matrix_values),
             ("scheme", &self.scheme),
         ];
         // Lists that are gone through together may repeat a value.
@@ -148,6 +154,8 @@ impl Factors {
             &self.storage,
             &self.schedule,
             &self.cg,
+            &self.preconditioner,
+            &self.matrix_values,
             &self.scheme,
         ];
         let lengths = texts.map(Vec::len).into_iter();
@@ -175,6 +183,8 @@ impl Factors {
         vec![
             axis(Setting::Scheme, &self.scheme, |v, scheme| v.scheme = scheme),
             axis(Setting::CgTolerance, &self.cg_tolerance, |v, tolerance| v.cg_tolerance = tolerance),
+            axis(Setting::MatrixValues, &self.matrix_values, |v, values| v.matrix_values = values),
+            axis(Setting::Preconditioner, &self.preconditioner, |v, name| v.preconditioner = name),
             axis(Setting::Cg, &self.cg, |v, cg| v.cg = cg),
             axis(Setting::Storage, &self.storage, |v, storage| v.storage = storage),
             axis(Setting::Schedule, &self.schedule, |v, schedule| v.schedule = schedule),

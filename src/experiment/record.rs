@@ -15,6 +15,8 @@ use crate::base::files::write_whole;
 use crate::base::input::InputError;
 use crate::engine::preset::{MAX_BUCKETS_PER_RADIUS, Options, Preset};
 use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
+use crate::engine::pressure::preconditioner::Preconditioning;
+use crate::engine::pressure::values::MatrixValues;
 use crate::experiment::foreign;
 use crate::experiment::machine::Noise;
 use crate::experiment::memory_order::MemoryOrder;
@@ -39,6 +41,10 @@ pub struct Variant {
     /// `serial` or `parallel`.
     pub cg: String,
     pub cg_tolerance: f64,
+    /// `none`, `jacobi`, `ssor`, `ic0` or `two-level`.
+    pub preconditioner: String,
+    /// `f64` or `f32`: what the pressure's matrix keeps its values in.
+    pub matrix_values: String,
     /// The id of the scheme that the scene is changed by; empty for the scene as it is.
     pub scheme: String,
     /// What that scheme changes, as `key=value`.
@@ -60,6 +66,8 @@ impl Default for Variant {
             schedule: "dynamic:64".to_string(),
             cg: "parallel".to_string(),
             cg_tolerance: CgParams::DEFAULT_TOLERANCE,
+            preconditioner: Preconditioning::None.name().to_string(),
+            matrix_values: MatrixValues::F64.to_string(),
             scheme: String::new(),
             scene_changes: Vec::new(),
             control: false,
@@ -79,6 +87,7 @@ impl Variant {
             distance_test: self.distance_test.parse().map_err(|e| wrong("distance_test", e))?,
             buckets_per_radius: checked_buckets(file, self.buckets_per_radius)?,
             storage: self.storage.parse().map_err(|e| wrong("storage", e))?,
+            matrix_values: self.matrix_values.parse().map_err(|e| wrong("matrix_values", e))?,
             schedule: self
                 .schedule
                 .parse()
@@ -92,6 +101,7 @@ impl Variant {
                         return Err(InputError::new(file, "cg", other, "allowed are `serial` or `parallel`"));
                     }
                 },
+                preconditioner: self.preconditioner.parse().map_err(|e| wrong("preconditioner", e))?,
                 ..CgParams::default()
             },
         })
@@ -116,6 +126,8 @@ impl Variant {
             ("storage", &self.storage, &usual.storage),
             ("schedule", &self.schedule, &usual.schedule),
             ("cg", &self.cg, &usual.cg),
+            ("preconditioner", &self.preconditioner, &usual.preconditioner),
+            ("values", &self.matrix_values, &usual.matrix_values),
             ("scheme", &self.scheme, &usual.scheme),
         ];
         let differing = named.into_iter().filter(|(_, value, usual)| value != usual);
@@ -129,7 +141,8 @@ impl Variant {
     /// Whether two variants must end in the same state, to the last bit, if they start from the same one.
     pub fn has_answer_of(&self, other: &Variant) -> bool {
         let answer = |v: &Variant| {
-            (v.cg_tolerance.to_bits(), v.buckets_per_radius, v.memory_order.clone(), v.scene_changes.clone())
+            let solve = (v.cg_tolerance.to_bits(), v.preconditioner.clone(), v.matrix_values.clone());
+            (solve, v.buckets_per_radius, v.memory_order.clone(), v.scene_changes.clone())
         };
         answer(self) == answer(other)
     }

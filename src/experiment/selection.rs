@@ -24,6 +24,8 @@ pub enum Setting {
     Schedule,
     Cg,
     CgTolerance,
+    Preconditioner,
+    MatrixValues,
     Scheme,
 }
 
@@ -59,7 +61,7 @@ pub struct CellSettings<'a> {
 }
 
 impl Setting {
-    pub const ALL: [Setting; 11] = [
+    pub const ALL: [Setting; 13] = [
         Setting::Group,
         Setting::Threads,
         Setting::Preset,
@@ -70,6 +72,8 @@ impl Setting {
         Setting::Schedule,
         Setting::Cg,
         Setting::CgTolerance,
+        Setting::Preconditioner,
+        Setting::MatrixValues,
         Setting::Scheme,
     ];
 
@@ -85,6 +89,8 @@ impl Setting {
             Setting::Schedule => "schedule",
             Setting::Cg => "cg",
             Setting::CgTolerance => "cg_tolerance",
+            Setting::Preconditioner => "preconditioner",
+            Setting::MatrixValues => "matrix_values",
             Setting::Scheme => "scheme",
         }
     }
@@ -102,6 +108,8 @@ impl Setting {
             Setting::Storage => Scalar::Text(variant.storage.clone()),
             Setting::Schedule => Scalar::Text(variant.schedule.clone()),
             Setting::Cg => Scalar::Text(variant.cg.clone()),
+            Setting::Preconditioner => Scalar::Text(variant.preconditioner.clone()),
+            Setting::MatrixValues => Scalar::Text(variant.matrix_values.clone()),
             Setting::Scheme => Scalar::Text(variant.scheme.clone()),
         }
     }

@@ -4,14 +4,14 @@
 //! `tolerance |b|`. The true residual is computed at the end: a recurrence that drifted away from it is an error, never
 //! a silent acceptance. Dot products run in fixed blocks of [`BLOCK`] rows that are added in order, so that the bits do
 //! not depend on the number of threads. On parts of the fluid without a surface every product is projected onto the
-//! complement of the constants, where the source already is, and so are all vectors.
+//! complement of the constants, where the source already is, and so are all vectors. With a preconditioner the iterations
+//! are those of [`preconditioned`](super::preconditioned); start, stopping rule and final check are these.
 
 use crate::base::parallel::{Rows, Team, Workers};
 use crate::engine::pressure::enclosed::EnclosedParts;
-use crate::engine::pressure::poisson::Poisson;
-
-/// Rows of a block of a dot product.
-pub const BLOCK: usize = 256;
+use crate::engine::pressure::preconditioner::{AnyPreconditioner, Preconditioner, Preconditioning};
+pub use crate::engine::pressure::system_matrix::BLOCK;
+use crate::engine::pressure::system_matrix::{System, SystemMatrix};
 
 /// Who computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,6 +27,8 @@ pub struct CgParams {
     pub tolerance: f64,
     pub max_iterations: usize,
     pub mode: CgMode,
+    /// Of the pressure's solve; implicit viscosity always has the diagonal.
+    pub preconditioner: Preconditioning,
 }
 
 impl CgParams {
@@ -45,6 +47,7 @@ impl Default for CgParams {
             tolerance: Self::DEFAULT_TOLERANCE,
             max_iterations: Self::DEFAULT_MAX_ITERATIONS,
             mode: CgMode::Parallel,
+            preconditioner: Preconditioning::None,
         }
     }
 }
@@ -60,8 +63,21 @@ pub struct CgInfo {
 /// Why a solve gave no solution.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum CgError {
-    #[error("the matrix is not positive definite (d.Ad = {curvature:e} in iteration {iteration})")]
-    NotPositiveDefinite { curvature: f64, iteration: usize },
+    #[error(
+        "the matrix is not positive definite (d.Ad = {curvature:e} in iteration {iteration}, relative residual \
+         {residual:e})"
+    )]
+    NotPositiveDefinite { curvature: f64, iteration: usize, residual: f64 },
+    #[error(
+        "the preconditioner broke down (r.z = {slope:e} before iteration {iteration}, relative residual {residual:e}); \
+         choose another `--preconditioner`"
+    )]
+    Preconditioner { slope: f64, iteration: usize, residual: f64 },
+    #[error(
+        "the incomplete factorisation broke down before iteration 1, relative residual 1: row {row} has the pivot \
+         {pivot:e}; choose another `--preconditioner`"
+    )]
+    Pivot { row: usize, pivot: f64 },
     #[error(
         "the conjugate gradient method did not converge: relative residual {residual:e} after {iterations} iterations; \
          allow a larger `--cg-tolerance`"
@@ -72,23 +88,31 @@ pub enum CgError {
 /// The solver and its vectors, a row an unknown.
 #[derive(Debug)]
 pub struct ConjugateGradient {
-    params: CgParams,
+    pub(super) params: CgParams,
+    pub(super) preconditioner: AnyPreconditioner,
     solution: Vec<f64>,
-    residual: Vec<f64>,
-    direction: Vec<f64>,
-    product: Vec<f64>,
+    pub(super) residual: Vec<f64>,
+    pub(super) direction: Vec<f64>,
+    pub(super) product: Vec<f64>,
+    /// Stays empty without a preconditioner.
+    pub(super) preconditioned: Vec<f64>,
     partial: Vec<f64>,
+    pub(super) partial_pair: Vec<[f64; 2]>,
 }
 
 impl ConjugateGradient {
-    pub fn new(params: CgParams) -> Self {
+    /// A solver for particles of that distance.
+    pub fn new(params: CgParams, particle_distance_m: f64) -> Self {
         ConjugateGradient {
             params,
+            preconditioner: AnyPreconditioner::new(params.preconditioner, particle_distance_m),
             solution: Vec::new(),
             residual: Vec::new(),
             direction: Vec::new(),
             product: Vec::new(),
+            preconditioned: Vec::new(),
             partial: Vec::new(),
+            partial_pair: Vec::new(),
         }
     }
 
@@ -111,29 +135,48 @@ impl ConjugateGradient {
     }
 
     /// Solves the system of this step.
-    pub fn solve(
+    pub fn solve<M: SystemMatrix>(
         &mut self,
-        poisson: &Poisson,
+        system: &System<'_, M>,
         parts: &mut EnclosedParts,
         workers: &Workers,
     ) -> Result<CgInfo, CgError> {
         let team = self.team(workers);
-        self.start(&poisson.source, team, workers);
-        if poisson.quiet {
+        self.start(system.source, team, workers);
+        if system.quiet {
             return Ok(CgInfo::default());
         }
-        let source_norm2 = blocked_dot(&poisson.source, &poisson.source, &mut self.partial, team);
+        let source_norm2 = blocked_dot(system.source, system.source, &mut self.partial, team);
+        let iterations = match self.params.preconditioner {
+            Preconditioning::None => self.iterate(system, source_norm2, parts, team)?,
+            _ => self.iterate_preconditioned(system, source_norm2, parts, team, workers)?,
+        };
+        let residual = self.true_residual(system, parts, team) / source_norm2.sqrt();
+        if residual > self.params.acceptable() || !residual.is_finite() {
+            return Err(CgError::NotConverged { residual, iterations });
+        }
+        Ok(CgInfo { iterations, residual })
+    }
+
+    /// Iterates until the recurrence's residual is small enough; returns how often.
+    fn iterate<M: SystemMatrix>(
+        &mut self,
+        system: &System<'_, M>,
+        source_norm2: f64,
+        parts: &mut EnclosedParts,
+        team: Team<'_>,
+    ) -> Result<usize, CgError> {
         let target = self.params.tolerance * source_norm2.sqrt();
         let (mut norm2, mut iterations) = (source_norm2, 0);
         while norm2.sqrt() > target {
+            let residual = norm2.sqrt() / source_norm2.sqrt();
             if iterations == self.params.max_iterations {
-                let residual = norm2.sqrt() / source_norm2.sqrt();
                 return Err(CgError::NotConverged { residual, iterations });
             }
             iterations += 1;
-            let curvature = self.multiply(poisson, team);
+            let curvature = self.multiply(system.matrix, team);
             if !(curvature > 0.0 && curvature.is_finite()) {
-                return Err(CgError::NotPositiveDefinite { curvature, iteration: iterations });
+                return Err(CgError::NotPositiveDefinite { curvature, iteration: iterations, residual });
             }
             if !parts.is_empty() {
                 parts.subtract_means(&mut self.product, team);
@@ -142,11 +185,7 @@ impl ConjugateGradient {
             norm2 = self.advance(before / curvature, team);
             self.turn(norm2 / before, team);
         }
-        let residual = self.true_residual(poisson, parts, team) / source_norm2.sqrt();
-        if residual > self.params.acceptable() || !residual.is_finite() {
-            return Err(CgError::NotConverged { residual, iterations });
-        }
-        Ok(CgInfo { iterations, residual })
+        Ok(iterations)
     }
 
     /// `solution = 0`, `residual = direction = source`.
@@ -174,15 +213,13 @@ impl ConjugateGradient {
     }
 
     /// `product = A direction`; returns `direction . product`.
-    fn multiply(&mut self, poisson: &Poisson, team: Team<'_>) -> f64 {
+    pub(super) fn multiply<M: SystemMatrix>(&mut self, matrix: &M, team: Team<'_>) -> f64 {
         let direction = &self.direction;
         let columns = (Rows::of_width(&mut self.product, BLOCK), Rows::new(&mut self.partial));
         team.fill(columns, |blocks, (product, partial)| {
             for ((block, product), partial) in blocks.zip(product.chunks_mut(BLOCK)).zip(partial) {
                 let first = block * BLOCK;
-                for (k, product) in product.iter_mut().enumerate() {
-                    *product = poisson.matrix.row_product(first + k, direction);
-                }
+                matrix.multiply_rows(first, direction, product);
                 *partial = dot(product, &direction[first..first + product.len()]);
             }
         });
@@ -190,7 +227,7 @@ impl ConjugateGradient {
     }
 
     /// `solution += alpha direction`, `residual -= alpha product`; returns the residual's square.
-    fn advance(&mut self, alpha: f64, team: Team<'_>) -> f64 {
+    pub(super) fn advance(&mut self, alpha: f64, team: Team<'_>) -> f64 {
         let (direction, product) = (&self.direction, &self.product);
         let columns = (
             Rows::of_width(&mut self.solution, BLOCK),
@@ -225,11 +262,19 @@ impl ConjugateGradient {
     }
 
     /// `|A solution - b|`, without what lies in the null space.
-    fn true_residual(&mut self, poisson: &Poisson, parts: &mut EnclosedParts, team: Team<'_>) -> f64 {
+    fn true_residual<M: SystemMatrix>(
+        &mut self,
+        system: &System<'_, M>,
+        parts: &mut EnclosedParts,
+        team: Team<'_>,
+    ) -> f64 {
         let solution = &self.solution;
         team.fill(Rows::of_width(&mut self.residual, BLOCK), |blocks, residual| {
-            for (row, residual) in (blocks.start * BLOCK..).zip(residual) {
-                *residual = poisson.matrix.row_product(row, solution) - poisson.source[row];
+            for (block, residual) in blocks.zip(residual.chunks_mut(BLOCK)) {
+                system.matrix.multiply_rows(block * BLOCK, solution, residual);
+                for (residual, source) in residual.iter_mut().zip(&system.source[block * BLOCK..]) {
+                    *residual -= source;
+                }
             }
         });
         if !parts.is_empty() {
@@ -240,10 +285,16 @@ impl ConjugateGradient {
     }
 
     pub fn bytes(&self) -> usize {
-        [&self.solution, &self.residual, &self.direction, &self.product, &self.partial]
-            .iter()
-            .map(|vector| vector.capacity() * size_of::<f64>())
-            .sum()
+        let vectors = [
+            &self.solution,
+            &self.residual,
+            &self.direction,
+            &self.product,
+            &self.preconditioned,
+            &self.partial,
+            self.partial_pair.as_flattened(),
+        ];
+        vectors.map(size_of_val).iter().sum::<usize>() + self.preconditioner.bytes()
     }
 }
 

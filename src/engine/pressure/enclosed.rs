@@ -7,8 +7,7 @@
 //! needed. Sums run in fixed blocks of members, added in order.
 
 use crate::base::parallel::{Rows, Team};
-use crate::engine::pressure::conjugate_gradient::BLOCK;
-use crate::engine::pressure::matrix::SparseMatrix;
+use crate::engine::pressure::system_matrix::{BLOCK, SystemMatrix};
 use crate::engine::search::NONE;
 
 /// Members of one part whose sum is one number.
@@ -46,7 +45,7 @@ impl EnclosedParts {
     }
 
     /// Sorts the `enclosed` rows, ascending, of a matrix of `rows` rows into parts, numbered by their lowest row.
-    pub fn find(&mut self, enclosed: &[u32], rows: usize, matrix: &SparseMatrix) {
+    pub fn find(&mut self, enclosed: &[u32], rows: usize, matrix: &impl SystemMatrix) {
         for list in [&mut self.part_of, &mut self.members] {
             list.clear();
         }
@@ -67,16 +66,17 @@ impl EnclosedParts {
         self.cut_into_blocks();
     }
 
-    fn flood(&mut self, from: u32, part: u32, matrix: &SparseMatrix) {
-        self.part_of[from as usize] = part;
-        self.queue.push(from);
-        while let Some(row) = self.queue.pop() {
-            for &neighbor in matrix.row_columns(row as usize) {
-                if self.part_of[neighbor as usize] == NONE {
-                    self.part_of[neighbor as usize] = part;
-                    self.queue.push(neighbor);
+    fn flood(&mut self, from: u32, part: u32, matrix: &impl SystemMatrix) {
+        let EnclosedParts { part_of, queue, .. } = self;
+        part_of[from as usize] = part;
+        queue.push(from);
+        while let Some(row) = queue.pop() {
+            matrix.for_each_entry(row as usize, |neighbor, _| {
+                if part_of[neighbor as usize] == NONE {
+                    part_of[neighbor as usize] = part;
+                    queue.push(neighbor);
                 }
-            }
+            });
         }
     }
 

@@ -14,7 +14,11 @@ pub mod moment;
 pub mod number_density;
 pub mod options;
 pub mod poisson;
+pub mod preconditioned;
+pub mod preconditioner;
+pub mod system_matrix;
 pub mod truncated;
+pub mod values;
 
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::Kernel;
@@ -31,6 +35,8 @@ use gradient::PressureGradient;
 use number_density::NumberDensity;
 use options::{Clamp, Enclosed, Gradient, Source, Surface};
 use poisson::Poisson;
+use preconditioner::Places;
+use values::{MatrixValues, Value};
 
 /// Constants of the pressure equation.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,12 +98,25 @@ pub struct PressureReport {
     pub enclosed_parts: usize,
 }
 
-/// The stage and all its columns.
+/// The stage, with the precision that its matrix shall have.
+pub fn stage<C: CandidateSearch, T: DistanceTest>(
+    pressure: &Pressure,
+    parameters: &Parameters,
+    options: &Options,
+    state: &State<C>,
+) -> Box<dyn Stage<C, T>> {
+    match options.matrix_values {
+        MatrixValues::F64 => Box::new(PressureSolve::<f64>::new(pressure, parameters, options, state)),
+        MatrixValues::F32 => Box::new(PressureSolve::<f32>::new(pressure, parameters, options, state)),
+    }
+}
+
+/// The stage and all its columns; `V` is what the matrix keeps its values in.
 #[derive(Debug)]
-pub struct PressureSolve {
+pub struct PressureSolve<V> {
     number_density: NumberDensity,
     unknowns: Unknowns,
-    poisson: Poisson,
+    poisson: Poisson<V>,
     connectivity: Connectivity,
     /// Stays empty where enclosed rows are anchored.
     parts: EnclosedParts,
@@ -108,7 +127,7 @@ pub struct PressureSolve {
     gradient: PressureGradient,
 }
 
-impl PressureSolve {
+impl<V: Value> PressureSolve<V> {
     pub fn new<C: CandidateSearch>(
         pressure: &Pressure,
         parameters: &Parameters,
@@ -123,7 +142,7 @@ impl PressureSolve {
             parts: EnclosedParts::default(),
             enclosed: pressure.enclosed,
             from_zero: pressure.clamp == Clamp::Everywhere,
-            solver: ConjugateGradient::new(options.cg),
+            solver: ConjugateGradient::new(options.cg, parameters.particle_distance_m),
             gradient: PressureGradient::new(pressure, parameters, state),
         }
     }
@@ -150,9 +169,10 @@ impl PressureSolve {
 
     /// Phase `cg`.
     fn solve<C: CandidateSearch>(&mut self, state: &State<C>) -> Result<CgInfo, SimulationError> {
-        let PressureSolve { poisson, parts, solver, .. } = self;
+        let PressureSolve { unknowns, poisson, parts, solver, .. } = self;
+        let places = Places { particle_of: &unknowns.rows, position: &state.particles.position };
         let cg = solver
-            .solve(poisson, parts, &state.workers)
+            .solve(&poisson.system(places), parts, &state.workers)
             .map_err(|source| SimulationError::Solver { step: state.step, source })?;
         if self.from_zero && !parts.is_empty() {
             solver.make_minima_zero(parts, &state.workers);
@@ -161,7 +181,7 @@ impl PressureSolve {
     }
 }
 
-impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
+impl<C: CandidateSearch, T: DistanceTest, V: Value> Stage<C, T> for PressureSolve<V> {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
         state.refresh(probe)?;
         within(probe, Phase::NumberDensity, || self.number_density.sum::<C, T>(state))?;

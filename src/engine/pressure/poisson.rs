@@ -14,7 +14,10 @@ use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::pressure::matrix::{SparseMatrix, Storage};
 use crate::engine::pressure::options::{Source, Surface};
+use crate::engine::pressure::preconditioner::Places;
+use crate::engine::pressure::system_matrix::System;
 use crate::engine::pressure::truncated::Truncated;
+use crate::engine::pressure::values::Value;
 use crate::engine::search::{CandidateSearch, DistanceTest, NONE};
 use crate::engine::stage::State;
 
@@ -46,7 +49,7 @@ impl PairDensity {
 }
 
 #[derive(Debug)]
-pub struct Poisson {
+pub struct Poisson<V = f64> {
     kernel: Kernel,
     /// `2D / (n0_L lambda rho)`.
     coefficient: f64,
@@ -62,13 +65,13 @@ pub struct Poisson {
     divergence: Option<DivergenceSource>,
     /// `None` where the pressure of surface particles is zero.
     truncated: Option<Truncated>,
-    pub matrix: SparseMatrix,
+    pub matrix: SparseMatrix<V>,
     pub source: Vec<f64>,
     /// Whether the whole source is rounding noise.
     pub quiet: bool,
 }
 
-impl Poisson {
+impl<V: Value> Poisson<V> {
     pub fn new(pressure: &Pressure, parameters: &Parameters, storage: Storage) -> Self {
         let lattice = parameters.reference(parameters.laplacian_radius_m());
         Poisson {
@@ -174,6 +177,11 @@ impl Poisson {
             });
             sum + compressibility
         });
+    }
+
+    /// The system as it stands, its rows those of `unknowns`.
+    pub fn system<'a>(&'a self, places: Places<'a>) -> System<'a, SparseMatrix<V>> {
+        System { matrix: &self.matrix, source: &self.source, quiet: self.quiet, places }
     }
 
     /// Takes the part out of the source that no pressure can fulfil where there is no surface.

@@ -188,6 +188,8 @@ pub static SAMPLES: Table = Table {
         ),
         text("cg", "Whether the conjugate gradients are serial or parallel."),
         CG_TOLERANCE,
+        text("preconditioner", "What the conjugate gradients of the pressure are preconditioned by."),
+        text("matrix_values", "What the pressure's matrix keeps its values in: f64 or f32."),
         text("scheme", "What the scene was changed by; missing for the scene as it is."),
         THREADS_REQUESTED,
         integer("threads_observed", "threads", "Threads that the trial counted inside."),

@@ -12,6 +12,7 @@ mod figure4;
 mod hard_cases;
 mod memory_order;
 mod particle_count;
+mod preconditioners;
 mod table2;
 mod twin;
 mod validation;
@@ -51,13 +52,14 @@ impl Content {
 
 type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
 
-const SECTIONS: [(&str, Section); 12] = [
+const SECTIONS: [(&str, Section); 13] = [
     ("table2", table2::content),
     ("figure4", figure4::content),
     ("chunks", chunks::content),
     ("memory-order", memory_order::content),
     ("particle-count", particle_count::content),
     ("cg", cg::content),
+    ("preconditioners", preconditioners::content),
     ("bucket-side", bucket_side::content),
     ("twin", twin::content),
     ("effects-cost", effects_cost::content),

@@ -58,7 +58,8 @@ impl Solver {
             iterations += 1;
             let curvature = self.multiply(system, team);
             if !(curvature > 0.0 && curvature.is_finite()) {
-                return Err(CgError::NotPositiveDefinite { curvature, iteration: iterations });
+                let residual = norm2.sqrt() / scale;
+                return Err(CgError::NotPositiveDefinite { curvature, iteration: iterations, residual });
             }
             let before = slope;
             [norm2, _, slope] = self.advance(before / curvature, system, team);

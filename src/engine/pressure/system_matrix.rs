@@ -1,0 +1,47 @@
+//! What the solver knows of a matrix, whatever its storage.
+
+use crate::base::parallel::{Rows, Team};
+
+/// Rows that one call of [`SystemMatrix::multiply_rows`] gets at most, and whose product with a vector is summed as one.
+/// Calls begin at multiples of it.
+pub const BLOCK: usize = 256;
+
+/// A symmetric positive (semi)definite matrix: the diagonal apart, and of each row the entries beside it.
+///
+/// The numbering of rows is the storage's own business: a storage that sorts particles numbers rows in that order and has
+/// source, solution and the particle of each row in the same one. A row that counts for nothing (padding, or a particle
+/// without an unknown) has the diagonal 1, no entries, no entry of another row pointing to it, and the source 0: its
+/// solution is then 0, and it has [no particle](super::preconditioner::Places).
+pub trait SystemMatrix: Sync {
+    /// Rows, those that count for nothing among them.
+    fn rows(&self) -> usize;
+
+    /// A number a row.
+    fn diagonal(&self) -> &[f64];
+
+    /// `y = A x` for the rows from `first` on, as many as `y` is long: one block. Each row is summed in an order that depends
+    /// on the row alone, so that the bits do not depend on who multiplies what.
+    fn multiply_rows(&self, first: usize, x: &[f64], y: &mut [f64]);
+
+    /// Shows the column and the value of each entry beside the diagonal, always in the same order, none twice.
+    fn for_each_entry(&self, row: usize, visit: impl FnMut(u32, f64));
+
+    /// `y = A x`.
+    fn multiply(&self, x: &[f64], y: &mut [f64], team: Team<'_>) {
+        team.fill(Rows::of_width(y, BLOCK), |blocks, y| {
+            for (block, y) in blocks.zip(y.chunks_mut(BLOCK)) {
+                self.multiply_rows(block * BLOCK, x, y);
+            }
+        });
+    }
+}
+
+/// A system of equations and what may be known of its rows.
+#[derive(Debug)]
+pub struct System<'a, M> {
+    pub matrix: &'a M,
+    pub source: &'a [f64],
+    /// Whether the whole source is rounding noise, so that the solution is zero.
+    pub quiet: bool,
+    pub places: super::preconditioner::Places<'a>,
+}
