@@ -71,6 +71,17 @@ pub trait Simd: Copy + Send + Sync {
         self.mul_add(a[0], b[0], self.mul_add(a[1], b[1], self.mul(a[2], b[2])))
     }
 
+    /// The square of the distance from each lane's point to one point.
+    #[inline(always)]
+    fn distance2(self, point: &[f64; 4], x: &[Self::F; 3]) -> Self::F {
+        let (dx, dy, dz) = (
+            self.sub(self.splat(point[0]), x[0]),
+            self.sub(self.splat(point[1]), x[1]),
+            self.sub(self.splat(point[2]), x[2]),
+        );
+        self.dot([dx, dy, dz], [dx, dy, dz])
+    }
+
     /// The numbers of a vector, in memory.
     #[inline(always)]
     fn array(self, value: Self::F) -> [f64; LANES] {
@@ -104,75 +115,75 @@ impl Simd for Portable {
     type F = [f64; LANES];
     type M = [bool; LANES];
 
-    #[inline(always)]
+    #[inline(never)]
     fn splat(self, value: f64) -> Self::F {
         [value; LANES]
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load(self, from: &[f64; LANES]) -> Self::F {
         *from
     }
-    #[inline(always)]
+    #[inline(never)]
     fn store(self, value: Self::F, to: &mut [f64; LANES]) {
         *to = value;
     }
-    #[inline(always)]
+    #[inline(never)]
     fn load_narrow(self, from: &[f32; LANES]) -> Self::F {
         each(|k| f64::from(from[k]))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn store_narrow(self, value: Self::F, to: &mut [f32; LANES]) {
         *to = value.map(|v| v as f32);
     }
-    #[inline(always)]
+    #[inline(never)]
     fn add(self, a: Self::F, b: Self::F) -> Self::F {
         each(|k| a[k] + b[k])
     }
-    #[inline(always)]
+    #[inline(never)]
     fn sub(self, a: Self::F, b: Self::F) -> Self::F {
         each(|k| a[k] - b[k])
     }
-    #[inline(always)]
+    #[inline(never)]
     fn mul(self, a: Self::F, b: Self::F) -> Self::F {
         each(|k| a[k] * b[k])
     }
-    #[inline(always)]
+    #[inline(never)]
     fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
         each(|k| a[k].mul_add(b[k], c[k]))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
         each(|k| (-a[k]).mul_add(b[k], c[k]))
     }
-    #[inline(always)]
+    #[inline(never)]
     fn min(self, a: Self::F, b: Self::F) -> Self::F {
         each(|k| if a[k] < b[k] { a[k] } else { b[k] })
     }
-    #[inline(always)]
+    #[inline(never)]
     fn below(self, a: Self::F, b: Self::F) -> Self::M {
         std::array::from_fn(|k| a[k] < b[k])
     }
-    #[inline(always)]
+    #[inline(never)]
     fn keep(self, mask: Self::M, a: Self::F) -> Self::F {
         each(|k| if mask[k] { a[k] } else { 0.0 })
     }
-    #[inline(always)]
+    #[inline(never)]
     fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
         each(|k| if mask[k] { a[k] } else { b[k] })
     }
-    #[inline(always)]
+    #[inline(never)]
     fn both(self, a: Self::M, b: Self::M) -> Self::M {
         std::array::from_fn(|k| a[k] & b[k])
     }
-    #[inline(always)]
+    #[inline]
     fn bits(self, mask: Self::M) -> u8 {
         (0..LANES).fold(0, |bits, k| bits | u8::from(mask[k]) << k)
     }
-    #[inline(always)]
+    #[inline(never)]
     fn mask(self, bits: u8) -> Self::M {
         std::array::from_fn(|k| bits >> k & 1 == 1)
     }
-    #[inline(always)]
+    #[inline(never)]
     fn guess_reciprocal_sqrt(self, a: Self::F) -> Self::F {
         a.map(|a| f64::from_bits(GUESS.wrapping_sub(a.to_bits() >> 1)))
     }

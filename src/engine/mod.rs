@@ -3,6 +3,7 @@
 //! It knows no file, no clock and no file format. Modules stand in the order in which they build on one another:
 //! `particles <- kernel <- search <- terms <- {effects, pressure} <- simulation <- diagnostics`.
 
+pub mod clustered;
 pub mod columns;
 pub mod curve;
 pub mod diagnostics;
@@ -10,6 +11,7 @@ pub mod effects;
 pub mod error;
 pub mod facing;
 pub mod kernel;
+pub mod own_stages;
 pub mod parameters;
 pub mod particles;
 pub mod phase;

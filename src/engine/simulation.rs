@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::base::parallel::Workers;
 use crate::engine::columns::Visitor;
-use crate::engine::effects::collision::Collisions;
 use crate::engine::effects::diffusion::advance::Advance;
 use crate::engine::effects::diffusion::{self, Carried};
 use crate::engine::effects::flow_boundaries::{FlowBoundary, FlowReport, ghosts_outside};
@@ -17,18 +16,19 @@ use crate::engine::effects::surface_tension::Lacking;
 use crate::engine::effects::wall_contact::WallContacts;
 use crate::engine::effects::wall_motion::WallMotions;
 use crate::engine::error::SimulationError;
+use crate::engine::own_stages::OwnStages;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
 use crate::engine::phase::{Phase, Probe};
 use crate::engine::preset::{Options, Search, Test};
 use crate::engine::pressure::conjugate_gradient::CgInfo;
-use crate::engine::pressure::{self, PressureReport};
+use crate::engine::pressure::PressureReport;
 use crate::engine::search::aos_relocation::AosRelocation;
 use crate::engine::search::brute_force::BruteForce;
+use crate::engine::search::clusters::Clusters;
 use crate::engine::search::grid::{BadDomain, Grid};
 use crate::engine::search::linked_list::LinkedList;
 use crate::engine::search::periodic::Periodic;
-use crate::engine::search::clusters::Clusters;
 use crate::engine::search::{CandidateSearch, DistanceTest, Lengths, RootFirst, SquaredFirst};
 use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::{Stage, State};
@@ -38,7 +38,7 @@ use crate::engine::viscous_stages;
 
 /// The stages of one step of the textbook's semi-implicit MPS method, in order. A stage that the scene does not call for is
 /// not in the list, has no phase and no columns.
-fn textbook_stages<C: CandidateSearch + 'static, T: DistanceTest>(
+fn textbook_stages<C: OwnStages, T: DistanceTest>(
     parameters: &Parameters,
     options: &Options,
     state: &State<C>,
@@ -53,20 +53,20 @@ fn textbook_stages<C: CandidateSearch + 'static, T: DistanceTest>(
     }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
-        stages.push(Box::new(Collisions::new(collision, parameters, state)));
+        stages.push(C::collisions(collision, parameters, state));
     }
     if let Some(contact) = effects.wall_contact {
         stages.push(Box::new(WallContacts::new(contact, parameters, state)));
     }
     if let Some(pressure) = &effects.pressure {
-        stages.push(pressure::stage(pressure, parameters, options, state));
+        stages.push(C::pressure(pressure, parameters, options, state));
         stages.push(Box::new(Corrector));
     }
     stages
 }
 
 /// The same with every effect that a scene may name.
-fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
+fn stages<C: OwnStages, T: DistanceTest>(
     parameters: &Parameters,
     options: &Options,
     state: &State<C>,
@@ -119,13 +119,13 @@ fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
     }
     stages.push(Box::new(Predictor));
     if let Some(collision) = effects.collision {
-        stages.push(Box::new(Collisions::new(collision, parameters, state)));
+        stages.push(C::collisions(collision, parameters, state));
     }
     if let Some(contact) = effects.wall_contact {
         stages.push(Box::new(WallContacts::new(contact, parameters, state)));
     }
     if let Some(pressure) = &effects.pressure {
-        stages.push(pressure::stage(pressure, parameters, options, state));
+        stages.push(C::pressure(pressure, parameters, options, state));
         stages.push(Box::new(Corrector));
     }
     if let Some(bodies) = &effects.rigid_bodies {
@@ -296,14 +296,14 @@ type Plan<'a> = (&'a Parameters, &'a Options, Start<'a>, Arc<Workers>);
 /// Makes the stages of a step.
 type Stages<C, T> = fn(&Parameters, &Options, &State<C>) -> Vec<Box<dyn Stage<C, T>>>;
 
-fn with_ends<C: CandidateSearch + 'static>(plan: Plan<'_>) -> Result<Box<dyn Simulation>, BadDomain> {
+fn with_ends<C: OwnStages>(plan: Plan<'_>) -> Result<Box<dyn Simulation>, BadDomain> {
     match plan.0.domain.periodic {
         [false, false, false] => composed(stages::<C, SquaredFirst>, plan),
         _ => composed(stages::<Periodic<C>, SquaredFirst>, plan),
     }
 }
 
-fn composed<C: CandidateSearch + 'static, T: DistanceTest>(
+fn composed<C: OwnStages, T: DistanceTest>(
     stages: Stages<C, T>,
     (parameters, options, start, workers): Plan<'_>,
 ) -> Result<Box<dyn Simulation>, BadDomain> {

@@ -5,11 +5,12 @@ use crate::engine::effects::implicit_viscosity::ImplicitViscositySolve;
 use crate::engine::effects::no_slip::NoSlipWalls;
 use crate::engine::effects::strain_rate::{Law, StrainRate};
 use crate::engine::effects::viscosity::{ExplicitViscosity, PairViscosity, Viscosity};
+use crate::engine::own_stages::OwnStages;
 use crate::engine::parameters::{Parameters, Property};
 use crate::engine::particles::Particles;
 use crate::engine::phase::Phase;
 use crate::engine::preset::Options;
-use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::search::DistanceTest;
 use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::Stage;
 use crate::engine::terms::PairPass;
@@ -39,7 +40,7 @@ pub fn add_columns(particles: &mut Particles, parameters: &Parameters, workers: 
 }
 
 /// Mirrored walls first, then the strain rate, which sees them as the explicit force does; the implicit solve last.
-pub fn stages<C: CandidateSearch + 'static, T: DistanceTest>(
+pub fn stages<C: OwnStages, T: DistanceTest>(
     parameters: &Parameters,
     options: &Options,
     shared: SharedWalk,
@@ -88,13 +89,13 @@ pub fn explicit_term(viscosity: &Viscosity, parameters: &Parameters) -> Explicit
 }
 
 /// The force in a walk of its own.
-pub fn explicit<C: CandidateSearch, T: DistanceTest>(
+pub fn explicit<C: OwnStages, T: DistanceTest>(
     viscosity: &Viscosity,
     parameters: &Parameters,
 ) -> Box<dyn Stage<C, T>> {
     let (radius_m, phase) = (parameters.laplacian_radius_m(), Phase::Viscosity);
     match explicit_term(viscosity, parameters) {
-        ExplicitTerm::Uniform(term) => Box::new(PairPass { term, radius_m, phase }),
+        ExplicitTerm::Uniform(term) => C::viscosity(term, parameters),
         ExplicitTerm::Variable(term) => Box::new(PairPass { term, radius_m, phase }),
     }
 }

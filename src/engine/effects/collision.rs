@@ -23,12 +23,35 @@ pub struct Collision {
     pub restitution: f64,
 }
 
+/// What one collision does to a velocity.
+#[derive(Debug, Clone, Copy)]
+pub struct Impact {
+    /// `(1 + restitution) / 2`.
+    share: f64,
+}
+
+impl Impact {
+    pub fn new(collision: Collision) -> Self {
+        Impact { share: (1.0 + collision.restitution) / 2.0 }
+    }
+
+    /// Lets `u_i` collide with a particle at `r_ij` and velocity `u_j`; tells whether the outcome is a number.
+    #[inline(always)]
+    pub fn with(self, u_i: &mut Vec3, u_j: Vec3, r_ij: Vec3, r: f64) -> bool {
+        let e = scale(1.0 / r, r_ij);
+        let approach = dot(sub(*u_i, u_j), e);
+        if approach > 0.0 {
+            *u_i = add_scaled(*u_i, -(approach * self.share), e);
+        }
+        approach.is_finite()
+    }
+}
+
 /// The stage, with the velocities after the collisions beside those from before.
 #[derive(Debug)]
 pub struct Collisions {
     distance_m: f64,
-    /// `(1 + restitution) / 2`.
-    share: f64,
+    impact: Impact,
     velocity_after: Vec<Vec3>,
 }
 
@@ -36,26 +59,21 @@ impl Collisions {
     pub fn new<C: CandidateSearch>(collision: Collision, parameters: &Parameters, state: &State<C>) -> Self {
         Collisions {
             distance_m: collision.distance * parameters.particle_distance_m,
-            share: (1.0 + collision.restitution) / 2.0,
+            impact: Impact::new(collision),
             velocity_after: state.workers.column(state.particles.len(), ZERO),
         }
     }
 
     fn collide<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>, broken: &FirstIndex) {
         let (near, velocity, kind) = (state.neighborhood(), &state.particles.velocity, &state.particles.kind);
-        let (distance_m, share) = (self.distance_m, self.share);
+        let (distance_m, impact) = (self.distance_m, self.impact);
         state.team().fill(Rows::new(&mut self.velocity_after), |range, velocity_after| {
             for (i, after) in range.zip(velocity_after) {
                 let mut u_i = velocity[i];
                 if kind[i].moves() {
                     near.for_each_neighbor::<T>(i, distance_m, |j, r_ij, r| {
-                        let e = scale(1.0 / r, r_ij);
-                        let approach = dot(sub(u_i, velocity[j]), e);
-                        if !approach.is_finite() {
+                        if !impact.with(&mut u_i, velocity[j], r_ij, r) {
                             broken.record(i);
-                        }
-                        if approach > 0.0 {
-                            u_i = add_scaled(u_i, -(approach * share), e);
                         }
                     });
                     if !is_finite(u_i) {

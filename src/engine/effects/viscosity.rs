@@ -39,7 +39,7 @@ impl Viscosity {
 #[derive(Debug, Clone, Copy)]
 pub struct ExplicitViscosity {
     /// `nu 2D / (n0_L lambda)`, 1/s.
-    factor: f64,
+    pub factor: f64,
     longest_step_s: f64,
 }
 

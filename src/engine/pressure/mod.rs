@@ -79,7 +79,7 @@ impl Default for Pressure {
 
 impl Pressure {
     /// The kernel for an influence radius, metres.
-    fn kernel(&self, radius_m: f64, parameters: &Parameters) -> Kernel {
+    pub fn kernel(&self, radius_m: f64, parameters: &Parameters) -> Kernel {
         Kernel { radius_m, floor_m: self.kernel_floor.unwrap_or(0.0) * parameters.particle_distance_m }
     }
 }

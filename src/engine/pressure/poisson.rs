@@ -23,7 +23,7 @@ use crate::engine::stage::State;
 
 /// A number density this close to `n0`, relative to it, is no density error: a block in free fall has rounding noise
 /// of this size, and a solver that divides by its norm would iterate on it.
-const QUIET: f64 = 1e-10;
+pub const QUIET: f64 = 1e-10;
 
 /// What pairs of particles of different density have in place of `1 / rho`: `2 / (rho_i + rho_j)`, so that the matrix stays
 /// symmetric and the flux through an interface is that of the mean density. A wall has the density of the fluid or body

@@ -5,9 +5,9 @@
 
 use crate::base::parallel::{FirstIndex, Rows, Team, Workers};
 use crate::base::vec3::{Vec3, ZERO};
-use crate::engine::search::{CandidateSearch, Lengths, Now};
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::linked_list::LinkedList;
+use crate::engine::search::{CandidateSearch, Lengths, Now};
 
 /// The lists and the relocated copy. The width of a row, a constant in the paper, is that of the fullest bucket met so
 /// far, checked at every build: it never drops a particle, and it does not shrink, so that rows stay where they are

@@ -6,8 +6,8 @@
 
 use crate::base::parallel::{Team, Workers};
 use crate::base::vec3::{Vec3, add};
-use crate::engine::search::{CandidateSearch, Lengths, Now};
 use crate::engine::search::grid::{Buckets, Grid, Image};
+use crate::engine::search::{CandidateSearch, Lengths, Now};
 
 #[derive(Debug)]
 pub struct Periodic<C> {

@@ -70,29 +70,12 @@ impl Cells {
         self.cell = cell;
     }
 
-    /// Calls `visit` with the ranges, in the order of the last sort, that hold all particles within `reach` of the box from
-    /// `low` to `high`.
+    /// The ranges, in the order of the last sort, that hold all particles within `reach` of the box from `low` to `high`.
     #[inline(always)]
-    pub fn ranges(&self, low: Vec3, high: Vec3, reach: f64, mut visit: impl FnMut(std::ops::Range<usize>)) {
-        let [ys, zs] =
-            [1, 2].map(|d| self.place(d, low[d] - reach)..self.place(d, high[d] + reach) + 1);
-        for z in zs {
-            let off_z = self.off(2, z, low, high);
-            for y in ys.clone() {
-                let off_y = self.off(1, y, low, high);
-                let left = reach * reach - off_y * off_y - off_z * off_z;
-                if left <= 0.0 {
-                    continue;
-                }
-                let left = left.sqrt();
-                let row = (z * self.count[1] + y) * self.count[0];
-                let first = self.start[row + self.place(0, low[0] - left)] as usize;
-                let end = self.start[row + self.place(0, high[0] + left) + 1] as usize;
-                if first < end {
-                    visit(first..end);
-                }
-            }
-        }
+    pub fn ranges(&self, low: Vec3, high: Vec3, reach: f64) -> Ranges<'_> {
+        let first = [self.place(1, low[1] - reach), self.place(2, low[2] - reach)];
+        let last = [self.place(1, high[1] + reach), self.place(2, high[2] + reach)];
+        Ranges { cells: self, low, high, reach, first_y: first[0], last, next: first }
     }
 
     /// How far the row of cells number `k` along `d` is from the box; nothing for the outermost, which hold more.
@@ -101,10 +84,53 @@ impl Cells {
         let near = self.low[d] + k as f64 * self.side[d];
         let far = near + self.side[d];
         let rounding = 1e-9 * self.side[d];
-        if k == 0 || k + 1 == self.count[d] { 0.0 } else { (near - high[d]).max(low[d] - far).max(rounding) - rounding }
+        if k == 0 || k + 1 == self.count[d] {
+            0.0
+        } else {
+            (near - high[d]).max(low[d] - far).max(rounding) - rounding
+        }
     }
 
     pub fn bytes(&self) -> usize {
         (self.start.len() + self.cell.capacity()) * size_of::<u32>()
+    }
+}
+
+/// See [`Cells::ranges`].
+pub struct Ranges<'a> {
+    cells: &'a Cells,
+    low: Vec3,
+    high: Vec3,
+    reach: f64,
+    first_y: usize,
+    /// Of y and z.
+    last: [usize; 2],
+    next: [usize; 2],
+}
+
+impl Iterator for Ranges<'_> {
+    type Item = std::ops::Range<usize>;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<std::ops::Range<usize>> {
+        let Ranges { cells, low, high, reach, .. } = *self;
+        loop {
+            let [y, z] = self.next;
+            if z > self.last[1] {
+                return None;
+            }
+            self.next = if y < self.last[0] { [y + 1, z] } else { [self.first_y, z + 1] };
+            let (off_y, off_z) = (cells.off(1, y, low, high), cells.off(2, z, low, high));
+            let left = reach * reach - off_y * off_y - off_z * off_z;
+            if left <= 0.0 {
+                continue;
+            }
+            let (left, row) = (left.sqrt(), (z * cells.count[1] + y) * cells.count[0]);
+            let first = cells.start[row + cells.place(0, low[0] - left)] as usize;
+            let end = cells.start[row + cells.place(0, high[0] + left) + 1] as usize;
+            if first < end {
+                return Some(first..end);
+            }
+        }
     }
 }

@@ -108,7 +108,8 @@ impl Lists {
 
     pub fn bytes(&self) -> usize {
         let bytes = |c: &Chunk| {
-            (c.slots.capacity() + c.far.capacity()) * size_of::<u32>() + c.ends.capacity() * size_of::<(u32, u32)>()
+            (c.slots.capacity() + c.far.capacity()) * size_of::<u32>()
+                + c.ends.capacity() * size_of::<(u32, u32)>()
         };
         self.chunks.iter().map(bytes).sum()
     }
@@ -129,31 +130,30 @@ impl Kernel for Build<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let Build { chunk: Chunk { slots: found, far, ends }, clusters, of, over, slots, cells, reach } = self;
-        let (small, large) =
-            (s.splat(reach.small_m * reach.small_m), s.splat(reach.large_m * reach.large_m));
+        let Build { chunk: Chunk { slots: found, far, ends }, clusters, of, over, slots, cells, reach } =
+            self;
+        let (small, large) = (s.splat(reach.small_m * reach.small_m), s.splat(reach.large_m * reach.large_m));
         let offset = slots.of(over).start;
         found.clear();
         ends.clear();
         for cluster in clusters {
-            let x = slots.lanes[cluster].each_ref().map(|lanes| s.load(lanes));
+            let lanes = &slots.lanes[cluster];
+            let x = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
             let (low, high) = slots.bounds(of, cluster);
             let first = cluster * LANES;
             let own = if of == over { first..first + slots.filled_lanes(of, cluster) } else { 0..0 };
             found.extend(own.clone().map(|slot| slot as u32));
             far.clear();
-            cells.ranges(low, high, reach.large_m, |range| {
+            for range in cells.ranges(low, high, reach.large_m) {
                 let range = range.start + offset..range.end + offset;
                 let (mut near_len, mut far_len) = (found.len(), far.len());
                 found.resize(near_len + range.len(), 0);
                 far.resize(far_len + range.len(), 0);
                 for slot in range {
-                    let point = slots.points[slot];
-                    let r = [0, 1, 2].map(|d| s.sub(s.splat(point[d]), x[d]));
-                    let r2 = s.dot(r, r);
+                    let r2 = s.distance2(&slots.points[slot], &x);
                     let near = s.bits(s.below(r2, small)) != 0;
                     let within = s.bits(s.below(r2, large)) != 0;
-                    let other = !own.contains(&slot);
+                    let other = slot < own.start || slot >= own.end;
                     found[near_len] = slot as u32;
                     far[far_len] = slot as u32;
                     near_len += usize::from(near & other);
@@ -161,7 +161,7 @@ impl Kernel for Build<'_> {
                 }
                 found.truncate(near_len);
                 far.truncate(far_len);
-            });
+            }
             let near_end = found.len() as u32;
             found.extend_from_slice(far);
             ends.push((found.len() as u32, near_end));

@@ -93,7 +93,8 @@ impl Clusters {
         if walls_too || self.kind != kinds {
             self.kind.clear();
             self.kind.extend_from_slice(kinds);
-            let counts = Section::ALL.map(|s| kinds.iter().filter(|&&kind| section_of(kind) == Some(s)).count());
+            let counts =
+                Section::ALL.map(|s| kinds.iter().filter(|&&kind| section_of(kind) == Some(s)).count());
             self.slots.lay_out(counts, kinds.len());
             self.slots.of_particle.fill(NONE);
             self.build_static(positions, team);
@@ -114,9 +115,9 @@ impl Clusters {
         let mut hit = false;
         for (section, cells) in Section::ALL.into_iter().zip(&self.cells) {
             let first = self.slots.of(section).start;
-            cells.ranges(place, place, self.reach().large_m, |range| {
+            for range in cells.ranges(place, place, self.reach().large_m) {
                 hit = hit || range.into_iter().any(|k| is_hit(first + k));
-            });
+            }
         }
         hit
     }

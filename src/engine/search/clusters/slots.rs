@@ -47,7 +47,7 @@ impl Slots {
     /// The clusters of a section.
     pub fn clusters(&self, section: Section) -> Range<usize> {
         let slots = self.of(section);
-        slots.start / LANES..slots.end.div_ceil(LANES)
+        slots.start / LANES..slots.end.div_ceil(LANES).max(slots.start / LANES)
     }
 
     /// How many lanes of a cluster hold particles.
