@@ -10,9 +10,10 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use common::Run;
+use common::{Change, Run};
 use repro::base::parallel::{Schedule, Workers};
 use repro::engine::phase::NoProbe;
+use repro::engine::pressure::preconditioner::Preconditioning;
 use repro::scene::library;
 
 /// The most different sizes that are told apart.
@@ -65,12 +66,12 @@ fn of_the_pool(threads: usize) -> BTreeMap<usize, u32> {
     sizes
 }
 
-fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize) {
+fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize, change: Change) {
     let _turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let scene = library::load(scene, &sets.iter().map(|set| set.to_string()).collect::<Vec<_>>()).unwrap();
     for threads in [1, 2] {
         let pool = of_the_pool(threads);
-        let run = Run { steps: warm_up, threads, schedule: "static", ..Run::default() };
+        let run = Run { steps: warm_up, threads, schedule: "static", change, ..Run::default() };
         let (mut simulation, _) = common::run_scene(&scene, &run);
         // A neighbourhood fuller than any before makes a column grow, which is no allocation per step.
         let quiet = (0..30).filter(|_| {
@@ -91,7 +92,20 @@ fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize) {
 
 #[test]
 fn the_papers_scene() {
-    steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], 30);
+    steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], 30, |_| ());
+}
+
+#[test]
+fn preconditioners() {
+    let changes: [Change; 4] = [
+        |options| options.cg.preconditioner = Preconditioning::Jacobi,
+        |options| options.cg.preconditioner = Preconditioning::Ssor,
+        |options| options.cg.preconditioner = Preconditioning::IncompleteCholesky,
+        |options| options.cg.preconditioner = Preconditioning::TwoLevel,
+    ];
+    for change in changes {
+        steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], 30, change);
+    }
 }
 
 #[test]

@@ -12,9 +12,9 @@
 //! as far as `P^T r` vanishes, which the flexible form of the conjugate gradients allows for.
 //!
 //! Boxes are cubes of side 2.6 particle distances (squares in two dimensions), about 18 particles each, numbered as rows meet them.
-//! They are found by their keys, not in a grid, so a particle that flew far off costs one box. Iterations: 13 to 16 from
-//! 8,000 to 700,000 particles, where plain conjugate gradients take 54 to 188; each costs about 1.4 products, the set-up
-//! about 4. Parts without a surface have a singular box matrix: their last pivot is left out, and the solver projects.
+//! They are found by their keys, not in a grid, so a particle that flew far off costs one box. Iterations in
+//! the dam break, 1e-8 from zero: 15 with 2,574 unknowns and 18 with 12,396, where plain conjugate gradients take 33 and 56.
+//! Parts without a surface have a singular box matrix: their last pivot is left out, and the solver projects.
 
 mod boxes;
 mod dense;
