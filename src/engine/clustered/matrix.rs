@@ -13,8 +13,10 @@ use super::{from_lanes, load, walk};
 use crate::base::parallel::{Rows, Team};
 use crate::base::simd::{Kernel, LANES, Simd, dispatch};
 use crate::engine::kernel;
+use crate::engine::pressure::preconditioner::two_level::lanes::{LaneBoxes, LaneGather, RowBoxes};
 use crate::engine::pressure::system_matrix::{BLOCK, SystemMatrix};
 use crate::engine::pressure::values::Value;
+use crate::engine::search::NONE;
 use crate::engine::search::clusters::{Clusters, Lists};
 
 /// Clusters whose entries lie together: a block of rows.
@@ -240,6 +242,14 @@ impl<V: Kept> SystemMatrix for ClusterMatrix<V> {
         dispatch(Multiply { matrix: self, first: first / LANES, x, y });
     }
 
+    const IN_LANES: bool = true;
+
+    fn add_up_by_box(&self, boxes: RowBoxes<'_>, into: &mut LaneBoxes, team: Team<'_>) {
+        into.take_up(self.rows, boxes, team, |cluster, gather| {
+            dispatch(AddUp { matrix: self, cluster, boxes, gather });
+        });
+    }
+
     fn for_each_entry(&self, row: usize, mut visit: impl FnMut(u32, f64)) {
         for (columns, values) in self.entries(row / LANES) {
             for (&column, values) in columns.iter().zip(values) {
@@ -292,6 +302,48 @@ impl<V: Kept> Kernel for Multiply<'_, V> {
             }
             let [a, b, c, d] = strands;
             s.store(s.keep(s.mask(unknown), s.add(s.add(a, b), s.add(c, d))), y);
+        }
+    }
+}
+
+/// Adds the columns of one cluster up by box. Columns that follow one another mostly lie in one box: their sum stays in a
+/// register until the box changes.
+struct AddUp<'a, V> {
+    matrix: &'a ClusterMatrix<V>,
+    cluster: usize,
+    boxes: RowBoxes<'a>,
+    gather: &'a mut LaneGather,
+}
+
+impl<V: Kept> Kernel for AddUp<'_, V> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let AddUp { matrix, cluster, boxes, gather } = self;
+        for (lane, &diagonal) in matrix.diagonal[cluster].iter().enumerate() {
+            let row = cluster * LANES + lane;
+            if boxes.of[row] != NONE {
+                gather.sum_of(boxes.key[row], boxes.of[row])[lane] += diagonal;
+            }
+        }
+        for (columns, values) in matrix.entries(cluster) {
+            let (mut present, mut key, mut sum) = (NONE, 0, s.splat(0.0));
+            for (&column, values) in columns.iter().zip(values) {
+                let of = boxes.of[column as usize];
+                if of != present {
+                    if present != NONE {
+                        let total = gather.sum_of(key, present);
+                        s.store(s.sub(s.load(total), sum), total);
+                    }
+                    (present, key, sum) = (of, boxes.key[column as usize], s.splat(0.0));
+                }
+                sum = s.add(sum, V::load(s, values));
+            }
+            if present != NONE {
+                let total = gather.sum_of(key, present);
+                s.store(s.sub(s.load(total), sum), total);
+            }
         }
     }
 }
@@ -372,8 +424,17 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
                     false => (s.splat(0.0), &of_mobile[..]),
                 };
                 for lists in lists {
-                    let more =
-                        append(s, coefficients, clusters, lists, cluster, first_slot, unknown, entries, &mut touch);
+                    let more = append(
+                        s,
+                        coefficients,
+                        clusters,
+                        lists,
+                        cluster,
+                        first_slot,
+                        unknown,
+                        entries,
+                        &mut touch,
+                    );
                     sum = s.add(sum, more);
                 }
                 sum = s.add(sum, resting);

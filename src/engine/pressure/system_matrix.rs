@@ -1,6 +1,7 @@
 //! What the solver knows of a matrix, whatever its storage.
 
 use crate::base::parallel::{Rows, Team};
+use crate::engine::pressure::preconditioner::two_level::lanes::{LaneBoxes, RowBoxes};
 
 /// Rows that one call of [`SystemMatrix::multiply_rows`] gets at most, and whose product with a vector is summed as one.
 /// Calls begin at multiples of it.
@@ -25,6 +26,12 @@ pub trait SystemMatrix: Sync {
 
     /// Shows the column and the value of each entry beside the diagonal, always in the same order, none twice.
     fn for_each_entry(&self, row: usize, visit: impl FnMut(u32, f64));
+
+    /// Whether eight rows at a time share their columns, so that [`add_up_by_box`](SystemMatrix::add_up_by_box) is there.
+    const IN_LANES: bool = false;
+
+    /// Adds the columns of each group of rows up by box.
+    fn add_up_by_box(&self, _boxes: RowBoxes<'_>, _into: &mut LaneBoxes, _team: Team<'_>) {}
 
     /// `y = A x`.
     fn multiply(&self, x: &[f64], y: &mut [f64], team: Team<'_>) {

@@ -13,43 +13,97 @@ const WIDTH_IN_PLANE: f64 = 2.8;
 /// The most cells along each axis: a domain that is far larger than its particles gets longer cells.
 const MOST: usize = 512;
 
+/// How the domain is cut into cells.
 #[derive(Debug)]
-pub struct Cells {
+pub struct Grid {
     low: Vec3,
     side: Vec3,
+    per_m: Vec3,
     count: [usize; 3],
+}
+
+/// One section's particles in the cells.
+#[derive(Debug)]
+pub struct Cells {
     /// Where each cell's particles begin in the order of [`Cells::sort`]; one entry more than there are cells.
     start: Vec<u32>,
     /// The cell of each particle that is sorted.
     cell: Vec<u32>,
 }
 
-impl Cells {
+impl Grid {
     pub fn new(domain: &Domain, particle_distance_m: f64) -> Self {
         let extent = [0, 1, 2].map(|d| domain.high[d] - domain.low[d]);
         let width = if extent[2] == 0.0 { WIDTH_IN_PLANE } else { WIDTH };
         let wanted = [LENGTH, width, width].map(|side| side * particle_distance_m);
         let side = [0, 1, 2].map(|d| wanted[d].max(extent[d] / MOST as f64));
         let count = [0, 1, 2].map(|d| (extent[d] / side[d]) as usize + 1);
-        let cells = count.iter().product::<usize>();
-        Cells { low: domain.low, side, count, start: vec![0; cells + 1], cell: Vec::new() }
+        Grid { low: domain.low, side, per_m: side.map(|side| 1.0 / side), count }
+    }
+
+    /// The number of cells.
+    fn len(&self) -> usize {
+        self.count.iter().product()
     }
 
     /// Along axis `d`, of a coordinate; what lies outside counts to the outermost cells.
     #[inline(always)]
     fn place(&self, d: usize, x: f64) -> usize {
-        (((x - self.low[d]) / self.side[d]) as usize).min(self.count[d] - 1)
+        (((x - self.low[d]) * self.per_m[d]) as usize).min(self.count[d] - 1)
+    }
+
+    fn cell_of(&self, [x, y, z]: Vec3) -> u32 {
+        let row = self.place(2, z) * self.count[1] + self.place(1, y);
+        (row * self.count[0] + self.place(0, x)) as u32
+    }
+
+    /// Appends the runs of cells, from the first to before the last, that hold all places within `reach` of the box from
+    /// `low` to `high`.
+    pub fn runs(&self, low: Vec3, high: Vec3, reach: f64, runs: &mut Vec<(u32, u32)>) {
+        for z in self.place(2, low[2] - reach)..=self.place(2, high[2] + reach) {
+            let off_z = self.off(2, z, low, high);
+            for y in self.place(1, low[1] - reach)..=self.place(1, high[1] + reach) {
+                let off_y = self.off(1, y, low, high);
+                let left = reach * reach - off_y * off_y - off_z * off_z;
+                if left > 0.0 {
+                    let (left, row) = (left.sqrt(), (z * self.count[1] + y) * self.count[0]);
+                    let ends = [self.place(0, low[0] - left), self.place(0, high[0] + left) + 1];
+                    runs.push(((row + ends[0]) as u32, (row + ends[1]) as u32));
+                }
+            }
+        }
+    }
+
+    /// How far the row of cells number `k` along `d` is from the box; nothing for the outermost, which hold more.
+    #[inline(always)]
+    fn off(&self, d: usize, k: usize, low: Vec3, high: Vec3) -> f64 {
+        let near = self.low[d] + k as f64 * self.side[d];
+        let far = near + self.side[d];
+        let rounding = 1e-9 * self.side[d];
+        if k == 0 || k + 1 == self.count[d] {
+            0.0
+        } else {
+            (near - high[d]).max(low[d] - far).max(rounding) - rounding
+        }
+    }
+}
+
+impl Cells {
+    pub fn new(grid: &Grid) -> Self {
+        Cells { start: vec![0; grid.len() + 1], cell: Vec::new() }
+    }
+
+    /// The places, in the order of the last sort, of the particles in a run of cells.
+    #[inline(always)]
+    pub fn in_run(&self, run: (u32, u32)) -> std::ops::Range<usize> {
+        self.start[run.0 as usize] as usize..self.start[run.1 as usize] as usize
     }
 
     /// Sorts `particles` by cell, those of one cell staying in their order, into `sorted`.
-    pub fn sort(&mut self, particles: &[u32], positions: &[Vec3], sorted: &mut [u32]) {
+    pub fn sort(&mut self, grid: &Grid, particles: &[u32], positions: &[Vec3], sorted: &mut [u32]) {
         let mut cell = std::mem::take(&mut self.cell);
         cell.clear();
-        cell.extend(particles.iter().map(|&i| {
-            let [x, y, z] = positions[i as usize];
-            let row = self.place(2, z) * self.count[1] + self.place(1, y);
-            (row * self.count[0] + self.place(0, x)) as u32
-        }));
+        cell.extend(particles.iter().map(|&i| grid.cell_of(positions[i as usize])));
         self.start.fill(0);
         for &cell in &cell {
             self.start[cell as usize + 1] += 1;
@@ -70,67 +124,7 @@ impl Cells {
         self.cell = cell;
     }
 
-    /// The ranges, in the order of the last sort, that hold all particles within `reach` of the box from `low` to `high`.
-    #[inline(always)]
-    pub fn ranges(&self, low: Vec3, high: Vec3, reach: f64) -> Ranges<'_> {
-        let first = [self.place(1, low[1] - reach), self.place(2, low[2] - reach)];
-        let last = [self.place(1, high[1] + reach), self.place(2, high[2] + reach)];
-        Ranges { cells: self, low, high, reach, first_y: first[0], last, next: first }
-    }
-
-    /// How far the row of cells number `k` along `d` is from the box; nothing for the outermost, which hold more.
-    #[inline(always)]
-    fn off(&self, d: usize, k: usize, low: Vec3, high: Vec3) -> f64 {
-        let near = self.low[d] + k as f64 * self.side[d];
-        let far = near + self.side[d];
-        let rounding = 1e-9 * self.side[d];
-        if k == 0 || k + 1 == self.count[d] {
-            0.0
-        } else {
-            (near - high[d]).max(low[d] - far).max(rounding) - rounding
-        }
-    }
-
     pub fn bytes(&self) -> usize {
         (self.start.len() + self.cell.capacity()) * size_of::<u32>()
-    }
-}
-
-/// See [`Cells::ranges`].
-pub struct Ranges<'a> {
-    cells: &'a Cells,
-    low: Vec3,
-    high: Vec3,
-    reach: f64,
-    first_y: usize,
-    /// Of y and z.
-    last: [usize; 2],
-    next: [usize; 2],
-}
-
-impl Iterator for Ranges<'_> {
-    type Item = std::ops::Range<usize>;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<std::ops::Range<usize>> {
-        let Ranges { cells, low, high, reach, .. } = *self;
-        loop {
-            let [y, z] = self.next;
-            if z > self.last[1] {
-                return None;
-            }
-            self.next = if y < self.last[0] { [y + 1, z] } else { [self.first_y, z + 1] };
-            let (off_y, off_z) = (cells.off(1, y, low, high), cells.off(2, z, low, high));
-            let left = reach * reach - off_y * off_y - off_z * off_z;
-            if left <= 0.0 {
-                continue;
-            }
-            let (left, row) = (left.sqrt(), (z * cells.count[1] + y) * cells.count[0]);
-            let first = cells.start[row + cells.place(0, low[0] - left)] as usize;
-            let end = cells.start[row + cells.place(0, high[0] + left) + 1] as usize;
-            if first < end {
-                return Some(first..end);
-            }
-        }
     }
 }

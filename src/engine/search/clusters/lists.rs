@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::cells::Cells;
+use super::cells::{Cells, Grid};
 use super::slots::{Section, Slots};
 use crate::base::parallel::{Rows, Team};
 use crate::base::simd::{Kernel, LANES, Simd, dispatch};
@@ -56,6 +56,57 @@ struct Chunk {
     ends: Vec<(u32, u32)>,
 }
 
+/// The runs of cells around each cluster of a section.
+#[derive(Debug)]
+pub struct Around {
+    of: Section,
+    chunks: Vec<Runs>,
+}
+
+#[derive(Debug, Default)]
+struct Runs {
+    runs: Vec<(u32, u32)>,
+    ends: Vec<u32>,
+}
+
+impl Runs {
+    #[inline(always)]
+    fn of(&self, k: usize) -> &[(u32, u32)] {
+        let start = if k == 0 { 0 } else { self.ends[k - 1] as usize };
+        &self.runs[start..self.ends[k] as usize]
+    }
+}
+
+impl Around {
+    pub fn new(of: Section) -> Self {
+        Around { of, chunks: Vec::new() }
+    }
+
+    /// Finds them anew for what lies within `reach_m` metres.
+    pub fn find(&mut self, slots: &Slots, grid: &Grid, reach_m: f64, team: Team<'_>) {
+        let (clusters, of) = (slots.clusters(self.of), self.of);
+        self.chunks.resize_with(clusters.len().div_ceil(CHUNK), Runs::default);
+        team.fill(Rows::new(&mut self.chunks), |range, chunks| {
+            for (k, Runs { runs, ends }) in range.zip(chunks) {
+                let first = clusters.start + k * CHUNK;
+                runs.clear();
+                ends.clear();
+                for cluster in first..clusters.end.min(first + CHUNK) {
+                    let (low, high) = slots.bounds(of, cluster);
+                    grid.runs(low, high, reach_m, runs);
+                    ends.push(runs.len() as u32);
+                }
+            }
+        });
+    }
+
+    pub fn bytes(&self) -> usize {
+        let bytes =
+            |r: &Runs| r.runs.capacity() * size_of::<(u32, u32)>() + r.ends.capacity() * size_of::<u32>();
+        self.chunks.iter().map(bytes).sum()
+    }
+}
+
 /// The radii of a list, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
@@ -68,8 +119,8 @@ impl Lists {
         Lists { of, over, first: 0, chunks: Vec::new() }
     }
 
-    /// Makes them anew; `cells` are those in which the section `over` is sorted.
-    pub fn build(&mut self, slots: &Slots, cells: &Cells, reach: Reach, team: Team<'_>) {
+    /// Makes them anew; `cells` are those in which the section `over` is sorted, `around` the runs of them to look into.
+    pub fn build(&mut self, slots: &Slots, cells: &Cells, around: &Around, reach: Reach, team: Team<'_>) {
         let clusters = slots.clusters(self.of);
         let (of, over) = (self.of, self.over);
         self.first = clusters.start;
@@ -78,7 +129,7 @@ impl Lists {
             for (k, chunk) in range.zip(chunks) {
                 let first = clusters.start + k * CHUNK;
                 let clusters = first..clusters.end.min(first + CHUNK);
-                dispatch(Build { chunk, clusters, of, over, slots, cells, reach });
+                dispatch(Build { chunk, clusters, of, over, slots, cells, around: &around.chunks[k], reach });
             }
         });
     }
@@ -122,6 +173,7 @@ struct Build<'a> {
     over: Section,
     slots: &'a Slots,
     cells: &'a Cells,
+    around: &'a Runs,
     reach: Reach,
 }
 
@@ -130,21 +182,29 @@ impl Kernel for Build<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let Build { chunk: Chunk { slots: found, far, ends }, clusters, of, over, slots, cells, reach } =
-            self;
+        let Build {
+            chunk: Chunk { slots: found, far, ends },
+            clusters,
+            of,
+            over,
+            slots,
+            cells,
+            around,
+            reach,
+        } = self;
         let (small, large) = (s.splat(reach.small_m * reach.small_m), s.splat(reach.large_m * reach.large_m));
         let offset = slots.of(over).start;
         found.clear();
         ends.clear();
-        for cluster in clusters {
+        for (k, cluster) in clusters.enumerate() {
             let lanes = &slots.lanes[cluster];
             let x = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
-            let (low, high) = slots.bounds(of, cluster);
             let first = cluster * LANES;
             let own = if of == over { first..first + slots.filled_lanes(of, cluster) } else { 0..0 };
             found.extend(own.clone().map(|slot| slot as u32));
             far.clear();
-            for range in cells.ranges(low, high, reach.large_m) {
+            for &run in around.of(k) {
+                let range = cells.in_run(run);
                 let range = range.start + offset..range.end + offset;
                 let (mut near_len, mut far_len) = (found.len(), far.len());
                 found.resize(near_len + range.len(), 0);

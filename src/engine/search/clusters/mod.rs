@@ -18,20 +18,27 @@ use crate::base::simd::LANES;
 use crate::base::vec3::{Vec3, dot, sub};
 use crate::engine::columns::{Column, Visitor};
 use crate::engine::particles::Kind;
-use crate::engine::search::grid::{Buckets, Grid};
+use crate::engine::search::grid::{self, Buckets};
 use crate::engine::search::{CandidateSearch, Lengths, NONE, Now};
-use cells::Cells;
+use cells::{Cells, Grid};
+use lists::Around;
 pub use lists::{CHUNK, Lists, Near, Reach};
 pub use slots::{FAR, Lanes, Section, Slots};
 
-/// How much further than the largest radius lists reach, in particle distances.
-const SKIN: f64 = 0.1;
+/// By how much lists reach further than the largest radius, in particle distances: as much as particles moved between the
+/// last making of lists and the first walk after it, and a little more, but no more than what a longer list is worth.
+const LEAST_SKIN: f64 = 0.05;
+const MOST_SKIN: f64 = 0.4;
+const MORE: f64 = 1.3;
 
 #[derive(Debug)]
 pub struct Clusters {
     lengths: Lengths,
     pub slots: Slots,
+    grid: Grid,
     cells: [Cells; 3],
+    around_walls: Around,
+    around_mobile: Around,
     /// Of the mobile clusters over all three sections.
     pub mobile: [Lists; 3],
     /// Of the wall clusters over dummy walls and walls, made when walls move.
@@ -50,16 +57,20 @@ pub struct Clusters {
     built: usize,
     /// The furthest that a particle has moved since, metres.
     moved_m: f64,
+    /// The skin of the lists, and the one that the first walk since they were made called for, in particle distances.
+    skin: f64,
+    called_for: f64,
 }
 
 impl Clusters {
     fn reach(&self) -> Reach {
         let Lengths { particle_distance_m, small_m, large_m } = self.lengths;
-        let skin_m = SKIN * particle_distance_m;
+        let skin_m = self.skin * particle_distance_m;
         Reach { small_m: small_m + skin_m, large_m: large_m + skin_m }
     }
 
-    /// Whether a walk over the near parts finds all pairs within `radius_m` where particles are now.
+    /// Whether a walk over the near parts finds all pairs within `radius_m` where particles are now. Resting walls among
+    /// themselves need no skin.
     pub fn small_reaches(&self, radius_m: f64) -> bool {
         radius_m + 2.0 * self.moved_m <= self.reach().small_m
     }
@@ -69,11 +80,15 @@ impl Clusters {
         for section in [Section::DummyWall, Section::Wall] {
             self.sort(section, positions);
         }
-        let reach = self.reach();
-        let [dummies, walls, _] = &self.cells;
-        let [over_dummies, over_walls] = &mut self.wall;
-        over_dummies.build(&self.slots, dummies, reach, team);
-        over_walls.build(&self.slots, walls, reach, team);
+        let Lengths { particle_distance_m, small_m, large_m } = self.lengths;
+        // Particles of fluid may be looked for with any skin.
+        let furthest_m = large_m + MOST_SKIN * particle_distance_m;
+        self.around_walls.find(&self.slots, &self.grid, furthest_m, team);
+        // Walls do not move towards one another.
+        let (reach, around) = (Reach { small_m, large_m }, &self.around_walls);
+        for (lists, cells) in self.wall.iter_mut().zip(&self.cells) {
+            lists.build(&self.slots, cells, around, reach, team);
+        }
         self.walls_sorted += 1;
     }
 
@@ -83,7 +98,12 @@ impl Clusters {
         let belongs = |i: &u32| section_of(self.kind[*i as usize]) == Some(section);
         self.members.clear();
         self.members.extend((0..self.kind.len() as u32).filter(belongs));
-        self.cells[section as usize].sort(&self.members, positions, &mut self.slots.particle[slots]);
+        self.cells[section as usize].sort(
+            &self.grid,
+            &self.members,
+            positions,
+            &mut self.slots.particle[slots],
+        );
         self.slots.renumber(section);
         self.slots.gather(section, positions);
     }
@@ -101,10 +121,12 @@ impl Clusters {
         }
         self.sort(Section::Mobile, positions);
         let reach = self.reach();
+        self.around_mobile.find(&self.slots, &self.grid, reach.large_m, team);
         for (lists, cells) in self.mobile.iter_mut().zip(&self.cells) {
-            lists.build(&self.slots, cells, reach, team);
+            lists.build(&self.slots, cells, &self.around_mobile, reach, team);
         }
-        self.wall_mobile.build(&self.slots, &self.cells[Section::Mobile as usize], reach, team);
+        let mobile = &self.cells[Section::Mobile as usize];
+        self.wall_mobile.build(&self.slots, mobile, &self.around_walls, reach, team);
         self.built_at.clear();
         self.built_at.extend_from_slice(positions);
         self.moved_m = 0.0;
@@ -112,14 +134,12 @@ impl Clusters {
 
     /// Looks at all particles around a place that has no list.
     fn any_around(&self, place: Vec3, mut is_hit: impl FnMut(usize) -> bool) -> bool {
-        let mut hit = false;
-        for (section, cells) in Section::ALL.into_iter().zip(&self.cells) {
+        let mut runs = Vec::new();
+        self.grid.runs(place, place, self.reach().large_m, &mut runs);
+        Section::ALL.into_iter().zip(&self.cells).any(|(section, cells)| {
             let first = self.slots.of(section).start;
-            for range in cells.ranges(place, place, self.reach().large_m) {
-                hit = hit || range.into_iter().any(|k| is_hit(first + k));
-            }
-        }
-        hit
+            runs.iter().any(|&run| cells.in_run(run).any(|k| is_hit(first + k)))
+        })
     }
 
     /// The furthest that a particle of fluid or a body is from where the lists were made.
@@ -143,12 +163,16 @@ fn section_of(kind: Kind) -> Option<Section> {
 }
 
 impl CandidateSearch for Clusters {
-    fn new(grid: &Grid, lengths: Lengths, _count: usize) -> Self {
-        let cells = || Cells::new(grid.domain(), lengths.particle_distance_m);
+    fn new(grid: &grid::Grid, lengths: Lengths, _count: usize) -> Self {
+        let grid = Grid::new(grid.domain(), lengths.particle_distance_m);
+        let cells = || Cells::new(&grid);
         Clusters {
             lengths,
             slots: Slots::default(),
             cells: [cells(), cells(), cells()],
+            grid,
+            around_walls: Around::new(Section::Wall),
+            around_mobile: Around::new(Section::Mobile),
             mobile: Section::ALL.map(|over| Lists::new(Section::Mobile, over)),
             wall: [Section::DummyWall, Section::Wall].map(|over| Lists::new(Section::Wall, over)),
             wall_mobile: Lists::new(Section::Wall, Section::Mobile),
@@ -159,6 +183,8 @@ impl CandidateSearch for Clusters {
             generation: 0,
             built: usize::MAX,
             moved_m: f64::INFINITY,
+            skin: LEAST_SKIN,
+            called_for: f64::INFINITY,
         }
     }
 
@@ -173,11 +199,17 @@ impl CandidateSearch for Clusters {
         self.built = self.generation;
         if same {
             self.moved_m = self.furthest(now.position);
+            if now.radius_m == self.lengths.large_m {
+                self.called_for = self.called_for.min(2.0 * self.moved_m / self.lengths.particle_distance_m);
+            }
             if now.radius_m + 2.0 * self.moved_m <= self.reach().large_m {
                 self.slots.gather(Section::Mobile, now.position);
                 return;
             }
         }
+        let skin = MORE * self.called_for;
+        self.skin = if skin > MOST_SKIN { LEAST_SKIN } else { skin.max(LEAST_SKIN) };
+        self.called_for = f64::INFINITY;
         self.generation += 1;
         self.built = self.generation;
         self.build_at(now.kind, now.position, !same, team);
@@ -229,6 +261,8 @@ impl CandidateSearch for Clusters {
 
     fn visit(&mut self, visitor: &mut Visitor<'_>) {
         visitor("list_generation", Column::Count(&mut self.generation));
+        visitor("list_skin", Column::Number(&mut self.skin));
+        visitor("list_skin_called_for", Column::Number(&mut self.called_for));
         visitor("list_kind", Column::Kinds(&mut self.kind));
         visitor("list_position", Column::Vectors(&mut self.built_at));
     }
@@ -238,6 +272,8 @@ impl CandidateSearch for Clusters {
         self.slots.bytes()
             + self.members.capacity() * size_of::<u32>()
             + self.cells.iter().map(Cells::bytes).sum::<usize>()
+            + self.around_walls.bytes()
+            + self.around_mobile.bytes()
             + lists.map(Lists::bytes).sum::<usize>()
             + self.kind.capacity()
             + self.built_at.capacity() * size_of::<Vec3>()

@@ -15,9 +15,26 @@ const SPAN: u64 = 2 * REACH + 1;
 /// The place of the row's own box.
 const HOME: usize = (REACH * (1 + SPAN + SPAN * SPAN)) as usize;
 /// The next power of two above the number of places.
-const PLACES: usize = 128;
+pub const PLACES: usize = 128;
 /// Further boxes that are told apart.
 const FAR: usize = 64;
+
+/// What a key has to be subtracted from for its coordinates to count from the first place around `home`.
+pub fn corner_of(home: u64) -> u64 {
+    home.wrapping_sub(REACH * ONES)
+}
+
+/// The place of a key, if it has one.
+#[inline(always)]
+pub fn place_of(corner: u64, key: u64) -> Option<usize> {
+    // A coordinate below the first place borrows from the next one, which makes it itself a large number.
+    let steps = key.wrapping_sub(corner);
+    if (steps | steps.wrapping_add((7 - 2 * REACH) * ONES)) & !(7 * ONES) != 0 {
+        return None;
+    }
+    let place = (steps & 7) + SPAN * ((steps >> 21) & 7) + SPAN * SPAN * ((steps >> 42) & 7);
+    Some(place as usize & (PLACES - 1))
+}
 
 pub struct Gather<'w, 'a, V> {
     entries: &'w mut RowWriter<'a, V>,
@@ -37,7 +54,7 @@ impl<'w, 'a, V: Value> Gather<'w, 'a, V> {
     pub fn new(home: u64, entries: &'w mut RowWriter<'a, V>) -> Self {
         Gather {
             entries,
-            corner: home.wrapping_sub(REACH * ONES),
+            corner: corner_of(home),
             taken: 0,
             boxes: [NONE; PLACES],
             sums: [0.0; PLACES],
@@ -49,13 +66,9 @@ impl<'w, 'a, V: Value> Gather<'w, 'a, V> {
     /// Adds the value of an entry whose column lies in `of`, a box with that key.
     #[inline(always)]
     pub fn add(&mut self, key: u64, of: u32, value: f64) {
-        // A coordinate below the first place borrows from the next one, which makes it itself a large number.
-        let steps = key.wrapping_sub(self.corner);
-        if (steps | steps.wrapping_add((7 - 2 * REACH) * ONES)) & !(7 * ONES) != 0 {
+        let Some(place) = place_of(self.corner, key) else {
             return self.add_far(of, value);
-        }
-        let place = (steps & 7) + SPAN * ((steps >> 21) & 7) + SPAN * SPAN * ((steps >> 42) & 7);
-        let place = place as usize & (PLACES - 1);
+        };
         self.taken |= 1 << place;
         self.boxes[place] = of;
         self.sums[place] += value;

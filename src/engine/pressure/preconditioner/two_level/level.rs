@@ -8,6 +8,7 @@ use super::OVER_CORRECTION;
 use super::boxes::{Boxes, halved};
 use super::dense::Dense;
 use super::gather::Gather;
+use super::lanes::LaneBoxes;
 use crate::base::parallel::{Rows, Team, Workers};
 use crate::engine::pressure::matrix::{SparseMatrix, Storage};
 use crate::engine::pressure::preconditioner::jacobi::invert;
@@ -49,27 +50,19 @@ impl Level {
         }
     }
 
-    /// Takes up the sum of `fine` over the members of each box, rows and columns; `column_box` tells the box of a column.
-    fn take_up<V: Value>(
+    /// Takes up the sum of a matrix over the members of each box, rows and columns: `add(own, gather)` adds the entries of
+    /// the members of box `own` and returns what belongs to its diagonal beside them.
+    fn take_up(
         &mut self,
-        fine: &SparseMatrix<V>,
         boxes: &Boxes,
-        column_box: impl Fn(u32) -> u32 + Sync,
         team: Team<'_>,
         workers: &Workers,
+        add: impl Fn(usize, &mut Gather<'_, '_, f64>) -> f64 + Sync,
     ) {
         let team = worth(boxes.len(), team);
         self.matrix.assemble_by(boxes.len(), team, workers, |own, entries| {
             let mut gather = Gather::new(boxes.key[own], entries);
-            let mut diagonal = 0.0;
-            for &member in boxes.members(own) {
-                diagonal += fine.diagonal[member as usize];
-                let (columns, values) = fine.row(member as usize);
-                for (&column, value) in columns.iter().zip(values) {
-                    let of = column_box(column);
-                    gather.add(boxes.key[of as usize], of, value.widened());
-                }
-            }
+            let diagonal = add(own, &mut gather);
             diagonal + gather.finish()
         });
         invert(&self.matrix.diagonal, &mut self.inverse, team);
@@ -161,7 +154,23 @@ impl Levels {
         workers: &Workers,
     ) {
         self.make_room(1);
-        self.levels[0].take_up(times_boxes, boxes, |column| column, team, workers);
+        self.levels[0].take_up(boxes, team, workers, add_members(times_boxes, boxes, |column| column));
+        self.set_up_coarser(boxes, team, workers);
+    }
+
+    /// The same of a matrix whose rows share columns in groups.
+    pub fn set_up_lanes(&mut self, lane_boxes: &LaneBoxes, boxes: &Boxes, team: Team<'_>, workers: &Workers) {
+        self.make_room(1);
+        self.levels[0].take_up(boxes, team, workers, |own, gather| {
+            lane_boxes.for_each_entry(boxes.members(own), |of, value| {
+                gather.add(boxes.key[of as usize], of, value)
+            });
+            0.0
+        });
+        self.set_up_coarser(boxes, team, workers);
+    }
+
+    fn set_up_coarser(&mut self, boxes: &Boxes, team: Team<'_>, workers: &Workers) {
         self.count = 1;
         while self.levels[self.count - 1].len() > COARSEST {
             self.make_room(self.count + 1);
@@ -169,7 +178,8 @@ impl Levels {
             let (here, below) = finer.split_last_mut().expect("the first level is there");
             let Level { matrix, boxes: larger, .. } = here;
             enlarge(below.last().map_or(&boxes.key, |level| &level.boxes.key), larger);
-            coarser[0].take_up(matrix, larger, |column| larger.of[column as usize], team, workers);
+            let add = add_members(matrix, larger, |column| larger.of[column as usize]);
+            coarser[0].take_up(larger, team, workers, add);
             self.count += 1;
         }
         self.dense.factorise(&self.levels[self.count - 1].matrix);
@@ -191,6 +201,26 @@ impl Levels {
 
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(Level::bytes).sum::<usize>() + self.dense.bytes()
+    }
+}
+
+/// Adds the rows of `fine` that are members of a box; `column_box` tells the box of a column.
+fn add_members<V: Value>(
+    fine: &SparseMatrix<V>,
+    boxes: &Boxes,
+    column_box: impl Fn(u32) -> u32 + Sync,
+) -> impl Fn(usize, &mut Gather<'_, '_, f64>) -> f64 + Sync {
+    move |own, gather| {
+        let mut diagonal = 0.0;
+        for &member in boxes.members(own) {
+            diagonal += fine.diagonal[member as usize];
+            let (columns, values) = fine.row(member as usize);
+            for (&column, value) in columns.iter().zip(values) {
+                let of = column_box(column);
+                gather.add(boxes.key[of as usize], of, value.widened());
+            }
+        }
+        diagonal
     }
 }
 

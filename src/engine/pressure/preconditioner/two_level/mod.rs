@@ -19,6 +19,7 @@
 mod boxes;
 mod dense;
 mod gather;
+pub mod lanes;
 mod level;
 
 use crate::base::parallel::{Rows, Team, Workers};
@@ -30,6 +31,7 @@ use crate::engine::pressure::system_matrix::{BLOCK, SystemMatrix};
 use crate::engine::search::NONE;
 use boxes::{Boxes, NOWHERE, key_of};
 use gather::Gather;
+use lanes::{ApplyTo, LaneBoxes, RowBoxes};
 use level::Levels;
 
 /// Side of a box in particle distances.
@@ -50,6 +52,8 @@ pub struct TwoLevel {
     inverse: Vec<f64>,
     /// `AP`: of each row the entries of other boxes, and as its diagonal that of its own box.
     times_boxes: SparseMatrix<f32>,
+    /// The same of a matrix whose rows share columns in groups, which leaves the other empty.
+    lane_boxes: LaneBoxes,
     levels: Levels,
 }
 
@@ -61,6 +65,7 @@ impl TwoLevel {
             boxes: Boxes::default(),
             inverse: Vec::new(),
             times_boxes: SparseMatrix::new(Storage::Csr, USUAL_WIDTH),
+            lane_boxes: LaneBoxes::default(),
             levels: Levels::default(),
         }
     }
@@ -88,6 +93,11 @@ impl Preconditioner for TwoLevel {
         self.find_boxes(matrix.rows(), places, team);
         invert(matrix.diagonal(), &mut self.inverse, team);
         let (key, of) = (&self.key, &self.boxes.of);
+        if M::IN_LANES {
+            matrix.add_up_by_box(RowBoxes { of, key }, &mut self.lane_boxes, team);
+            self.levels.set_up_lanes(&self.lane_boxes, &self.boxes, team, workers);
+            return Ok(());
+        }
         self.times_boxes.assemble_by(matrix.rows(), team, workers, |row, entries| {
             if of[row] == NONE {
                 return 0.0;
@@ -103,8 +113,15 @@ impl Preconditioner for TwoLevel {
     }
 
     fn apply<M: SystemMatrix>(&mut self, _: &M, residual: &[f64], result: &mut [f64], team: Team<'_>) {
-        let TwoLevel { boxes, inverse, times_boxes, levels, .. } = self;
+        let TwoLevel { boxes, inverse, times_boxes, lane_boxes, levels, .. } = self;
         let correction = levels.correct(boxes, residual, team);
+        if M::IN_LANES {
+            let rows = ApplyTo { weight: OVER_CORRECTION, of: &boxes.of, inverse, residual, correction };
+            team.fill(Rows::of_width(result, BLOCK), |blocks, result| {
+                lane_boxes.apply(blocks.start * BLOCK, &rows, result);
+            });
+            return;
+        }
         team.fill(Rows::of_width(result, BLOCK), |blocks, result| {
             for (row, z) in (blocks.start * BLOCK..).zip(result) {
                 let (r, own) = (residual[row], boxes.of[row]);
@@ -124,6 +141,7 @@ impl Preconditioner for TwoLevel {
             + self.inverse.capacity() * size_of::<f64>()
             + self.boxes.bytes()
             + self.times_boxes.bytes()
+            + self.lane_boxes.bytes()
             + self.levels.bytes()
     }
 }
