@@ -3,6 +3,7 @@
 mod change;
 pub mod effects;
 pub mod fluid;
+mod sense;
 
 use serde::Deserialize;
 
