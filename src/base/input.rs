@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::base::vec3::{Vec3, ZERO, is_finite};
+
 /// An input that cannot be used. Found before any work starts.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: `{key}` is {found}; {allowed}")]
@@ -49,6 +51,22 @@ impl Check<'_> {
     /// A finite number, zero or above.
     pub fn not_negative(self, key: &str, value: f64) -> Result<(), InputError> {
         self.require(value.is_finite() && value >= 0.0, key, value, "allowed are finite numbers from 0 up")
+    }
+
+    /// A finite number.
+    pub fn finite(self, key: &str, value: f64) -> Result<(), InputError> {
+        self.require(value.is_finite(), key, value, "allowed are finite numbers")
+    }
+
+    /// Three finite numbers.
+    pub fn finite_vector(self, key: &str, value: Vec3) -> Result<(), InputError> {
+        self.require(is_finite(value), key, format!("{value:?}"), "allowed are three finite numbers")
+    }
+
+    /// Three finite numbers that are not all zero.
+    pub fn direction(self, key: &str, value: Vec3) -> Result<(), InputError> {
+        let allowed = "allowed are three finite numbers that are not all zero";
+        self.require(is_finite(value) && value != ZERO, key, format!("{value:?}"), allowed)
     }
 
     pub fn require(

@@ -36,6 +36,28 @@ use crate::engine::terms::PairPass;
 use crate::engine::time_step::{Adaptive, StepLimit};
 use crate::engine::viscous_stages;
 
+/// What every step does once the explicit forces are known: particles move, meet others and walls, and are corrected by the
+/// pressure.
+fn push_motion<C: OwnStages, T: DistanceTest>(
+    stages: &mut Vec<Box<dyn Stage<C, T>>>,
+    parameters: &Parameters,
+    options: &Options,
+    state: &State<C>,
+) {
+    let effects = &parameters.effects;
+    stages.push(Box::new(Predictor));
+    if let Some(collision) = effects.collision {
+        stages.push(C::collisions(collision, parameters, state));
+    }
+    if let Some(contact) = effects.wall_contact {
+        stages.push(Box::new(WallContacts::new(contact, parameters, state)));
+    }
+    if let Some(pressure) = &effects.pressure {
+        stages.push(C::pressure(pressure, parameters, options, state));
+        stages.push(Box::new(Corrector));
+    }
+}
+
 /// The stages of one step of the textbook's semi-implicit MPS method, in order. A stage that the scene does not call for is
 /// not in the list, has no phase and no columns.
 fn textbook_stages<C: OwnStages, T: DistanceTest>(
@@ -51,17 +73,7 @@ fn textbook_stages<C: OwnStages, T: DistanceTest>(
     if let Some(viscosity) = &effects.viscosity {
         stages.push(viscous_stages::explicit(viscosity, parameters));
     }
-    stages.push(Box::new(Predictor));
-    if let Some(collision) = effects.collision {
-        stages.push(C::collisions(collision, parameters, state));
-    }
-    if let Some(contact) = effects.wall_contact {
-        stages.push(Box::new(WallContacts::new(contact, parameters, state)));
-    }
-    if let Some(pressure) = &effects.pressure {
-        stages.push(C::pressure(pressure, parameters, options, state));
-        stages.push(Box::new(Corrector));
-    }
+    push_motion(&mut stages, parameters, options, state);
     stages
 }
 
@@ -117,17 +129,7 @@ fn stages<C: OwnStages, T: DistanceTest>(
     if let Some(tension) = effects.surface_tension {
         stages.push(Box::new(Lacking::new(tension, parameters, state)));
     }
-    stages.push(Box::new(Predictor));
-    if let Some(collision) = effects.collision {
-        stages.push(C::collisions(collision, parameters, state));
-    }
-    if let Some(contact) = effects.wall_contact {
-        stages.push(Box::new(WallContacts::new(contact, parameters, state)));
-    }
-    if let Some(pressure) = &effects.pressure {
-        stages.push(C::pressure(pressure, parameters, options, state));
-        stages.push(Box::new(Corrector));
-    }
+    push_motion(&mut stages, parameters, options, state);
     if let Some(bodies) = &effects.rigid_bodies {
         stages.push(Box::new(BodyMotion::new(bodies.clone(), parameters, state)));
     }

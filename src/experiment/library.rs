@@ -6,7 +6,7 @@ use crate::base::input::{Check, InputError};
 use crate::experiment::spec::Experiment;
 
 /// Name and text of each experiment, in the order of the report.
-const EXPERIMENTS: [(&str, &str); 13] = [
+const EXPERIMENTS: [(&str, &str); 17] = [
     ("table2", include_str!("../../experiments/table2.toml")),
     ("figure4", include_str!("../../experiments/figure4.toml")),
     ("memory-order", include_str!("../../experiments/memory-order.toml")),
@@ -17,6 +17,10 @@ const EXPERIMENTS: [(&str, &str); 13] = [
     ("bucket-side", include_str!("../../experiments/bucket-side.toml")),
     ("twin", include_str!("../../experiments/twin.toml")),
     ("effects-cost", include_str!("../../experiments/effects-cost.toml")),
+    ("effects-of-heated-cavity", include_str!("../../experiments/effects-of-heated-cavity.toml")),
+    ("effects-of-mud-flow", include_str!("../../experiments/effects-of-mud-flow.toml")),
+    ("effects-of-oscillating-drop", include_str!("../../experiments/effects-of-oscillating-drop.toml")),
+    ("effects-of-sloshing-tank", include_str!("../../experiments/effects-of-sloshing-tank.toml")),
     ("accuracy-cost", include_str!("../../experiments/accuracy-cost.toml")),
     ("hard-cases", include_str!("../../experiments/hard-cases.toml")),
     ("validation", include_str!("../../experiments/validation.toml")),

@@ -31,6 +31,7 @@ pub mod quantity;
 pub mod record;
 pub mod rounds;
 pub mod run;
+pub mod scene_files;
 pub mod schema;
 pub mod selection;
 pub mod spec;

@@ -16,6 +16,7 @@ use crate::experiment::foreign;
 use crate::experiment::machine::{Machine, Reading};
 use crate::experiment::plan::{Group, Plan, PlannedExperiment};
 use crate::experiment::record::{RoundRecord, SCHEMA};
+use crate::experiment::scene_files;
 use crate::experiment::spec::{Experiment, Mode};
 use crate::scene::Scene;
 
@@ -139,6 +140,7 @@ impl Run {
             }
         } else {
             info.write(folder)?;
+            scene_files::keep(folder, plan)?;
         }
         remove_leftovers(folder);
         let machine = serde_json::to_vec_pretty(machine)?;
@@ -337,7 +339,7 @@ fn clear(folder: &Path) -> Result<()> {
             fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
     }
-    for name in ["rounds", "states", "logs", "tables", "figures", "slurm", "export"] {
+    for name in ["rounds", "states", "logs", "tables", "figures", "slurm", "export", scene_files::FOLDER] {
         let path = folder.join(name);
         if path.is_dir() {
             fs::remove_dir_all(&path).with_context(|| format!("cannot remove {}", path.display()))?;

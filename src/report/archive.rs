@@ -13,7 +13,7 @@ use zip::{CompressionMethod, DateTime};
 use crate::base::files::write_whole;
 use crate::base::input::InputError;
 use crate::experiment::spec::Experiment;
-use crate::experiment::{foreign, library};
+use crate::experiment::{foreign, library, scene_files};
 use crate::report::measured::Measured;
 use crate::report::{claim, effort, manifest, markdown, page, write_up};
 
@@ -62,11 +62,12 @@ pub fn write(folder: &Path, output: &Path, allowed_unfinished: bool) -> Result<V
         packed.push((format!("run/{file}"), content));
     }
     for experiment in &measured.info.experiments {
-        packed.push(experiment_file(experiment)?);
+        packed.push(experiment_file(&with_kept_scenes(experiment, &packed))?);
     }
     packed.extend(EMBEDDED.iter().map(|(file, text)| (file.to_string(), text.as_bytes().to_vec())));
     packed.push(("paper/reproduction.md".to_string(), write_up::text(&measured)?.into_bytes()));
-    packed.push(("README.md".to_string(), read_me(&measured, folder)?.into_bytes()));
+    let read_me = read_me(&measured, &packed, folder)?;
+    packed.push(("README.md".to_string(), read_me.into_bytes()));
     packed.sort();
     let bytes = zip(&packed)?;
     write_whole(output, &bytes).with_context(|| format!("cannot write {}", output.display()))?;
@@ -90,6 +91,25 @@ fn refuse_output(folder: &Path, output: &Path) -> Result<(), InputError> {
     }
 }
 
+/// The experiment as it runs from the archive's folder: with the copies of scenes that its run kept.
+fn with_kept_scenes(experiment: &Experiment, packed: &[Packed]) -> Experiment {
+    let mut experiment = experiment.clone();
+    let cases = experiment.case.iter_mut().map(|case| &mut case.scene);
+    let sweeps = experiment.sweep.iter_mut().map(|sweep| &mut sweep.scene);
+    for scene in std::iter::once(&mut experiment.scene).chain(cases).chain(sweeps) {
+        if let Some(kept) = kept(scene, packed) {
+            *scene = kept;
+        }
+    }
+    experiment
+}
+
+/// Where the archive has the copy of a scene file; `None` where the run kept none.
+fn kept(scene: &str, packed: &[Packed]) -> Option<String> {
+    let place = format!("run/{}", scene_files::place(scene));
+    packed.iter().any(|(file, _)| *file == place).then_some(place)
+}
+
 /// An experiment as its file, with its comments where it is one of the program's.
 fn experiment_file(experiment: &Experiment) -> Result<Packed> {
     let same = library::embedded(&experiment.id).is_ok_and(|known| known == *experiment);
@@ -100,7 +120,7 @@ fn experiment_file(experiment: &Experiment) -> Result<Packed> {
     Ok((format!("experiments/{}.toml", experiment.id), text.into_bytes()))
 }
 
-fn read_me(measured: &Measured, folder: &Path) -> Result<String> {
+fn read_me(measured: &Measured, packed: &[Packed], folder: &Path) -> Result<String> {
     let mut environment = Environment::new();
     environment.add_filter("text", markdown::plain);
     environment.add_filter("code", markdown::code);
@@ -112,19 +132,20 @@ fn read_me(measured: &Measured, folder: &Path) -> Result<String> {
         info => &measured.info,
         verdicts => claim::in_short(&judged),
         effort => effort::view(&efforts, &judged),
-        foreign_scenes => foreign_scenes(measured),
+        foreign_scenes => foreign_scenes(measured, packed),
     })?;
     Ok(text)
 }
 
-/// Scenes of the run that are files of whoever ran it. Their text is not recorded, and a path in a record is not followed.
-fn foreign_scenes(measured: &Measured) -> Vec<&str> {
+/// Scenes of the run that are files of whoever ran it and of which it kept no copy. A path in a record is not followed.
+fn foreign_scenes<'a>(measured: &'a Measured, packed: &[Packed]) -> Vec<&'a str> {
     let mut scenes: Vec<&str> = Vec::new();
     for experiment in &measured.info.experiments {
         let cases = experiment.case.iter().map(|case| &case.scene);
         let sweeps = experiment.sweep.iter().map(|sweep| &sweep.scene);
         scenes.extend(std::iter::once(&experiment.scene).chain(cases).chain(sweeps).map(String::as_str));
     }
+    scenes.retain(|scene| kept(scene, packed).is_none());
     scenes.retain(|scene| EMBEDDED.iter().all(|(file, _)| *file != format!("scenes/{scene}.toml")));
     scenes.sort_unstable();
     scenes.dedup();

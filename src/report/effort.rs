@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 
+use crate::experiment::ablation;
 use crate::experiment::library;
 use crate::experiment::record::RoundRecord;
 use crate::experiment::spec::{Experiment, Mode};
@@ -61,14 +62,21 @@ fn of_experiment(measured: &Measured, experiment: &Experiment, folder: &Path) ->
     Ok(effort)
 }
 
-/// The command that runs an experiment alone, with the program that ran it. One that does not come with the program, whose
-/// names no other experiment may have, is a file of the archive.
+/// The command that runs an experiment alone, with the program that ran it. One that takes a scene's effects apart is made
+/// from the scene, unless it is one of the program's. Any other that does not come with the program, whose names no other
+/// experiment may have, is a file of the archive.
 fn command(experiment: &Experiment, mode: Mode) -> String {
     let id = &experiment.id;
-    let name = if library::text(id).is_some() { id.clone() } else { format!("experiments/{id}.toml") };
+    let unfiltered = Experiment { filter: Vec::new(), ..experiment.clone() };
+    let is_the_programs = library::embedded(id).is_ok_and(|known| known == unfiltered);
+    let command = match ablation::command(experiment).filter(|_| !is_the_programs) {
+        Some(command) => command,
+        None if library::text(id).is_some() => format!("repro run {id}"),
+        None => format!("repro run experiments/{id}.toml"),
+    };
     match mode {
-        Mode::Default => format!("repro run {name}"),
-        mode => format!("repro run {name} --{}", mode.name()),
+        Mode::Default => command,
+        mode => format!("{command} --{}", mode.name()),
     }
 }
 
@@ -142,4 +150,22 @@ pub fn minutes(seconds: f64) -> String {
 
 pub fn megabytes(bytes: u64) -> String {
     format!("{:.2} MB", bytes as f64 / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_names_what_exists() {
+        let mut experiment = library::embedded("effects-of-mud-flow").unwrap();
+        assert_eq!(command(&experiment, Mode::Quick), "repro run effects-of-mud-flow --quick");
+        experiment.case[0].set.insert("end_time_s".to_string(), toml::Value::Float(0.2));
+        let made = "repro effects mud-flow --until 0.2 --set particle_distance_m=0.01 --set time_step_s=0.001 --rounds 9";
+        assert_eq!(command(&experiment, Mode::Default), made);
+        experiment.id = "effects-of-another".to_string();
+        assert_eq!(command(&experiment, Mode::Quick), format!("{made} --quick"));
+        let mine = Experiment { id: "mine".to_string(), ..library::embedded("cg").unwrap() };
+        assert_eq!(command(&mine, Mode::Default), "repro run experiments/mine.toml");
+    }
 }

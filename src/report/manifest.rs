@@ -54,7 +54,7 @@ fn entry(folder: &Path, file: String) -> Result<Entry> {
         hash.update(&buffer[..count]);
         bytes += count as u64;
     }
-    let recorded = ["rounds/", "logs/", "run.json", "machine.json"];
+    let recorded = ["rounds/", "logs/", "scenes/", "run.json", "machine.json"];
     let kind = if recorded.iter().any(|start| file.starts_with(start)) { "record" } else { "derived" };
     Ok(Entry { file, kind, bytes, sha256: hexadecimal(&hash.finalize()) })
 }

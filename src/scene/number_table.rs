@@ -35,6 +35,11 @@ impl schemars::JsonSchema for TableFile {
 }
 
 impl TableFile {
+    /// The path as the scene has it.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
     /// Reads the file: `columns` in its first line, then finite numbers, the first column ascending.
     pub fn read(&self, check: Check<'_>, key: &str, columns: &[&str]) -> Result<(), InputError> {
         let folder = Path::new(check.file).parent().unwrap_or(Path::new(""));

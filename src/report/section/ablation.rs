@@ -169,7 +169,7 @@ fn figure(measured: &Measured, effects: &[EffectOf]) -> Figure {
         panels: vec![Panel::Xy(XyPanel {
             title: String::new(),
             x: categories("", &names),
-            y: automatic("with / without", Scale::Linear),
+            y: automatic("with / without", Scale::Log10),
             series: side_by_side(vec![
                 series("removed from the whole scene", 5, Marker::Circle, |e| e.last_in),
                 series("added to the bare scene", 6, Marker::Square, |e| e.first_in),

@@ -3,6 +3,7 @@
 mod change;
 pub mod effects;
 pub mod fluid;
+mod sense;
 
 use serde::Deserialize;
 
@@ -199,7 +200,20 @@ impl Scene {
             boundaries.check_beside(check, &groups, l0, self.engine_dimensions())?;
         }
         probe::spec::check(&self.probe, check)?;
-        self.geometry.check(check, &self.placement(file))
+        self.geometry.check(check, &self.placement(file))?;
+        self.check_sense(check)
+    }
+
+    /// The files that the scene names, as it names them: STL files, and tables of motions.
+    pub fn files(&self) -> Vec<String> {
+        let solids = self.geometry.region.iter().filter_map(|region| region.stl.as_ref());
+        let solids = solids.map(|stl| stl.file.clone());
+        let frames = self.effects.frame.iter().filter_map(|frame| frame.acceleration_table.as_ref());
+        let motions = self.group.iter().filter_map(|group| match &group.motion {
+            Some(MotionSpec::Table(table)) => Some(&table.file),
+            _ => None,
+        });
+        solids.chain(frames.chain(motions).map(|table| table.file().to_string())).collect()
     }
 
     /// The number of time steps up to the end time.

@@ -195,11 +195,12 @@ pub fn closed(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     Ok(outcomes("full box with a lid, 20 layers", &rest[0]))
 }
 
-/// Two pools, one half as deep as the other, and a full box with a lid, in one system with the options of water.
+/// Two pools, one half as deep as the other, and a full box with a lid, in one system with the options of water. Half as wide
+/// as deep: a pressure that only depends on the height asks for no width.
 pub fn pools(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
-    let (n, l0, time_step_s) = (20, DEPTH_M / 20.0, 1e-3);
-    let place = |which: i32| f64::from(which * (n + 12)) * l0;
-    let open = Tank { width: n, height: n + 4, lid: false };
+    let (n, width, l0, time_step_s) = (20, 10, DEPTH_M / 20.0, 1e-3);
+    let place = |which: i32| f64::from(which * (width + 12)) * l0;
+    let open = Tank { width, height: n + 4, lid: false };
     let mut particles = Vec::new();
     for (which, tank, depth) in
         [(0, open, n), (1, open, n / 2), (2, Tank { height: n, lid: true, ..open }, n)]
@@ -210,7 +211,7 @@ pub fn pools(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     }
     let pool = |which: i32, depth_m: f64| Pool {
         from_m: place(which),
-        to_m: place(which) + DEPTH_M,
+        to_m: place(which) + f64::from(width) * l0,
         depth_m,
         closed: which == 2,
     };

@@ -26,11 +26,8 @@ impl EffectTable for BuoyancySpec {
     type Effect = Buoyancy;
 
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
-        let allowed = "allowed are finite numbers";
-        for (name, value) in [("expansion_1_k", self.expansion_1_k), ("reference_k", self.reference_k)] {
-            check.require(value.is_finite(), &format!("{key}.{name}"), value, allowed)?;
-        }
-        Ok(())
+        check.finite(&format!("{key}.expansion_1_k"), self.expansion_1_k)?;
+        check.finite(&format!("{key}.reference_k"), self.reference_k)
     }
 
     fn effect(&self, scene: &Scene) -> Buoyancy {

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, VECTOR};
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::collision::Collision;
 use crate::scene::Scene;
@@ -25,6 +26,10 @@ impl EffectTable for CollisionSpec {
         let (restitution, allowed) = (self.restitution, "allowed are numbers from 0 to 1");
         let key = format!("{key}.restitution");
         check.require((0.0..=1.0).contains(&restitution), &key, restitution, allowed)
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.particles * VECTOR
     }
 
     fn effect(&self, _scene: &Scene) -> Collision {

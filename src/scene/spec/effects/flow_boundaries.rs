@@ -3,8 +3,9 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, INDEX, VECTOR};
 use crate::base::input::{Check, InputError};
-use crate::base::vec3::{Vec3, is_finite};
+use crate::base::vec3::Vec3;
 use crate::engine::effects::flow_boundaries::{FlowBoundaries, Inflow, LAYERS, Outflow};
 use crate::engine::kernel::Dimensions;
 use crate::scene::Scene;
@@ -63,8 +64,7 @@ impl InflowSpec {
         for (name, vector) in
             [("from_m", self.from_m), ("to_m", self.to_m), ("velocity_m_s", self.velocity_m_s)]
         {
-            let allowed = "allowed are three finite numbers";
-            check.require(is_finite(vector), &format!("{key}.{name}"), format!("{vector:?}"), allowed)?;
+            check.finite_vector(&format!("{key}.{name}"), vector)?;
         }
         let along = self.velocity_m_s.iter().filter(|&&u| u != 0.0).count();
         let (name, found) = (format!("{key}.velocity_m_s"), format!("{:?}", self.velocity_m_s));
@@ -78,8 +78,7 @@ impl InflowSpec {
         let allowed = "allowed are corners above `from_m`, and equal to it along the velocity";
         check.require(rectangle, &format!("{key}.to_m"), found, allowed)?;
         for (name, value) in [("temperature", self.temperature), ("concentration", self.concentration)] {
-            let allowed = "allowed are finite numbers";
-            check.require(value.is_finite(), &format!("{key}.{name}"), value, allowed)?;
+            check.finite(&format!("{key}.{name}"), value)?;
         }
         Ok(())
     }
@@ -159,6 +158,13 @@ impl EffectTable for FlowBoundariesSpec {
             check.require(box_, &key, format!("{:?}", outflow.to_m), allowed)?;
         }
         Ok(())
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        let (l0, dimensions) = (of.scene.particle_distance_m, of.scene.engine_dimensions());
+        let places = |inflow: &InflowSpec| inflow.to_engine(&[]).places(l0, dimensions).len();
+        let places: usize = self.inflow.iter().map(places).sum();
+        places * (VECTOR + LAYERS * INDEX) + of.particles * INDEX
     }
 
     fn effect(&self, scene: &Scene) -> FlowBoundaries {

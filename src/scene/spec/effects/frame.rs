@@ -3,8 +3,9 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, SCALAR, VECTOR};
 use crate::base::input::{Check, InputError};
-use crate::base::vec3::{Vec3, ZERO, is_finite};
+use crate::base::vec3::Vec3;
 use crate::engine::effects::frame::{Frame, Harmonic};
 use crate::scene::Scene;
 use crate::scene::number_table::TableFile;
@@ -46,15 +47,10 @@ pub struct HarmonicSpec {
 
 impl HarmonicSpec {
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
-        for (name, value) in [("amplitude_m_s2", self.amplitude_m_s2), ("phase_rad", self.phase_rad)] {
-            let allowed = "allowed are finite numbers";
-            check.require(value.is_finite(), &format!("{key}.{name}"), value, allowed)?;
-        }
+        check.finite(&format!("{key}.amplitude_m_s2"), self.amplitude_m_s2)?;
+        check.finite(&format!("{key}.phase_rad"), self.phase_rad)?;
         check.not_negative(&format!("{key}.frequency_hz"), self.frequency_hz)?;
-        let found = format!("{:?}", self.direction);
-        let allowed = "allowed are three finite numbers that are not all zero";
-        let direction = is_finite(self.direction) && self.direction != ZERO;
-        check.require(direction, &format!("{key}.direction"), found, allowed)
+        check.direction(&format!("{key}.direction"), self.direction)
     }
 
     fn to_engine(&self) -> Harmonic {
@@ -71,11 +67,8 @@ impl EffectTable for FrameSpec {
     type Effect = Frame;
 
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
-        let vectors = [("angular_velocity_rad_s", self.angular_velocity_rad_s), ("point_m", self.point_m)];
-        for (name, vector) in vectors {
-            let (key, allowed) = (format!("{key}.{name}"), "allowed are three finite numbers");
-            check.require(is_finite(vector), &key, format!("{vector:?}"), allowed)?;
-        }
+        check.finite_vector(&format!("{key}.angular_velocity_rad_s"), self.angular_velocity_rad_s)?;
+        check.finite_vector(&format!("{key}.point_m"), self.point_m)?;
         check.not_negative(&format!("{key}.spin_up_s"), self.spin_up_s)?;
         for (k, harmonic) in self.harmonic.iter().enumerate() {
             harmonic.check(check, &format!("{key}.harmonic[{k}]"))?;
@@ -83,6 +76,11 @@ impl EffectTable for FrameSpec {
         let columns = ["time_s", "x_m_s2", "y_m_s2", "z_m_s2"];
         let key = format!("{key}.acceleration_table");
         self.acceleration_table.as_ref().map_or(Ok(()), |table| table.read(check, &key, &columns))
+    }
+
+    fn column_bytes(&self, _of: &Counted<'_>) -> usize {
+        let rows = self.acceleration_table.as_ref().map_or(0, |table| table.curve::<3>().time_s.len());
+        self.harmonic.len() * size_of::<Harmonic>() + rows * (SCALAR + VECTOR)
     }
 
     fn effect(&self, _scene: &Scene) -> Frame {

@@ -19,9 +19,7 @@ impl EffectTable for GravitySpec {
     type Effect = Gravity;
 
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
-        let finite = self.acceleration_m_s2.iter().all(|a| a.is_finite());
-        let (key, found) = (format!("{key}.acceleration_m_s2"), format!("{:?}", self.acceleration_m_s2));
-        check.require(finite, &key, found, "allowed are three finite numbers")
+        check.finite_vector(&format!("{key}.acceleration_m_s2"), self.acceleration_m_s2)
     }
 
     fn effect(&self, _scene: &Scene) -> Gravity {

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, SCALAR};
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::diffusion::{Diffusion, Laplacian, WallCondition};
 use crate::engine::parameters::Property;
@@ -106,12 +107,15 @@ impl EffectTable for HeatSpec {
         if let Some(value) = c {
             check.positive(&format!("{key}.heat_capacity_j_kg_k"), value)?;
         }
-        let (key, allowed) = (format!("{key}.initial_k"), "allowed are finite numbers");
-        check.require(self.initial_k.is_finite(), &key, self.initial_k, allowed)
+        check.finite(&format!("{key}.initial_k"), self.initial_k)
     }
 
     fn check_scene(&self, check: Check<'_>, scene: &Scene) -> Result<(), InputError> {
         self.check_groups(check, &scene.group)
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.particles * 2 * SCALAR
     }
 
     fn effect(&self, scene: &Scene) -> Diffusion {

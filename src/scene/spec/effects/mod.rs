@@ -3,6 +3,7 @@
 
 mod buoyancy;
 mod collision;
+pub mod columns;
 mod flow_boundaries;
 mod frame;
 mod gravity;
@@ -25,6 +26,7 @@ use serde::Deserialize;
 use crate::base::input::{Check, InputError};
 use crate::engine::parameters::Effects;
 use crate::scene::Scene;
+use columns::Counted;
 
 /// The table of an effect.
 pub trait EffectTable {
@@ -37,6 +39,12 @@ pub trait EffectTable {
     /// Checks what the scene says elsewhere about the effect, such as the groups.
     fn check_scene(&self, _check: Check<'_>, _scene: &Scene) -> Result<(), InputError> {
         Ok(())
+    }
+
+    /// Bytes of the columns that come with the effect and leave with it, before the first step: what later steps need by the
+    /// number of neighbours and unknowns that they meet is not known by then.
+    fn column_bytes(&self, _of: &Counted<'_>) -> usize {
+        0
     }
 
     fn effect(&self, scene: &Scene) -> Self::Effect;
@@ -72,6 +80,11 @@ macro_rules! effects {
                     table.check_scene(check, scene)?;
                 })+
                 self.fit_together(check)
+            }
+
+            /// Bytes of the columns of all effects that are named.
+            pub fn column_bytes(&self, of: &Counted<'_>) -> usize {
+                [$(self.$name.as_ref().map_or(0, |table| table.column_bytes(of))),+].iter().sum()
             }
 
             pub(super) fn to_engine(&self, scene: &Scene) -> Effects {

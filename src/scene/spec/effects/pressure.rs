@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, INDEX, SCALAR};
 use super::pressure_options::{ClampSpec, EnclosedSpec, GradientSpec, SourceSpec, SurfaceSpec};
 use crate::base::input::{Check, InputError};
 use crate::engine::parameters::Property;
@@ -50,6 +51,13 @@ impl EffectTable for PressureSpec {
             check.positive(&format!("{key}.source.density_feedback_s"), divergence.density_feedback_s)?;
         }
         Ok(())
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        // Pressure, number density and minimum; the row of a particle and the particle of a row; label and reach. A flag a
+        // bucket.
+        let asymmetry = if self.surface == SurfaceSpec::Density { 0 } else { SCALAR };
+        of.particles * (3 * SCALAR + 2 * INDEX + 2 + asymmetry) + of.buckets
     }
 
     fn effect(&self, scene: &Scene) -> Pressure {

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, SCALAR};
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::rheology::{Model, PowerLaw, Rheology, Yielding};
 use crate::scene::Scene;
@@ -137,6 +138,10 @@ impl EffectTable for RheologySpec {
             format!("allowed are finite numbers above 0, at least `minimum_viscosity_pa_s`, {least}"),
         );
         check.require(most.is_finite() && most > 0.0 && most >= least, &key, most, allowed)
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.particles * SCALAR
     }
 
     fn effect(&self, scene: &Scene) -> Rheology {

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, INDEX, VECTOR};
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::rigid_bodies::{Fixed, RigidBodies};
 use crate::scene::Scene;
@@ -39,6 +40,10 @@ impl EffectTable for RigidBodiesSpec {
 
     fn check(&self, _check: Check<'_>, _key: &str) -> Result<(), InputError> {
         Ok(())
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.bodies * (INDEX + VECTOR)
     }
 
     fn effect(&self, scene: &Scene) -> RigidBodies {

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, SCALAR};
 use super::heat::LaplacianSpec;
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::diffusion::{Diffusion, WallCondition};
@@ -26,8 +27,7 @@ impl EffectTable for ScalarSpec {
 
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
         check.not_negative(&format!("{key}.diffusivity_m2_s"), self.diffusivity_m2_s)?;
-        let (key, allowed) = (format!("{key}.initial"), "allowed are finite numbers");
-        check.require(self.initial.is_finite(), &key, self.initial, allowed)
+        check.finite(&format!("{key}.initial"), self.initial)
     }
 
     fn check_scene(&self, check: Check<'_>, scene: &Scene) -> Result<(), InputError> {
@@ -37,6 +37,10 @@ impl EffectTable for ScalarSpec {
             }
         }
         Ok(())
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.particles * 2 * SCALAR
     }
 
     fn effect(&self, scene: &Scene) -> Diffusion {

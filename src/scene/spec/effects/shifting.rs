@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, SCALAR, VECTOR};
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::shifting::{AtSurface, Shifting};
 use crate::scene::Scene;
@@ -43,6 +44,12 @@ impl EffectTable for ShiftingSpec {
         check.not_negative(&format!("{key}.strength"), self.strength)?;
         let (limit, allowed) = (self.limit, "allowed are numbers above 0 up to 0.5");
         check.require(limit > 0.0 && limit <= 0.5, &format!("{key}.limit"), limit, allowed)
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        let effects = &of.scene.effects;
+        let carried = usize::from(effects.heat.is_some() || effects.scalar.is_some());
+        of.particles * (3 * VECTOR + carried * SCALAR)
     }
 
     fn effect(&self, _scene: &Scene) -> Shifting {

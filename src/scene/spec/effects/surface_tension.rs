@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, SCALAR};
 use super::potential_tension::check_radius;
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::surface_tension::SurfaceTension;
@@ -24,6 +25,10 @@ impl EffectTable for SurfaceTensionSpec {
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
         check.not_negative(&format!("{key}.surface_tension_n_m"), self.surface_tension_n_m)?;
         check_radius(check, key, self.radius)
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.particles * SCALAR
     }
 
     fn effect(&self, _scene: &Scene) -> SurfaceTension {

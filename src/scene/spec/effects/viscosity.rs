@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, SCALAR};
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::implicit_viscosity::ImplicitViscosity;
 use crate::engine::effects::viscosity::Viscosity;
@@ -81,11 +82,23 @@ fn of_groups(of_fluid: f64, scene: &Scene) -> Property {
     scene.property(of_fluid, |group| group.kinematic_viscosity_m2_s)
 }
 
+/// A viscosity that differs between groups is a column; one that follows the flow is its effect's.
+fn varying(of_fluid: f64, of: &Counted<'_>) -> usize {
+    let effects = &of.scene.effects;
+    let follows_the_flow = effects.rheology.is_some() || effects.turbulence.is_some();
+    let uniform = of_groups(of_fluid, of.scene).uniform().is_some();
+    if uniform || follows_the_flow { 0 } else { of.particles * SCALAR }
+}
+
 impl EffectTable for ViscositySpec {
     type Effect = Viscosity;
 
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
         check.not_negative(&format!("{key}.kinematic_viscosity_m2_s"), self.kinematic_viscosity_m2_s)
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        varying(self.kinematic_viscosity_m2_s, of)
     }
 
     fn effect(&self, scene: &Scene) -> Viscosity {
@@ -102,6 +115,10 @@ impl EffectTable for ImplicitViscositySpec {
 
     fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
         check.not_negative(&format!("{key}.kinematic_viscosity_m2_s"), self.kinematic_viscosity_m2_s)
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        varying(self.kinematic_viscosity_m2_s, of)
     }
 
     fn effect(&self, scene: &Scene) -> ImplicitViscosity {

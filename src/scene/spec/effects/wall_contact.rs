@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, VECTOR};
 use crate::base::input::{Check, InputError};
 use crate::engine::effects::wall_contact::WallContact;
 use crate::scene::Scene;
@@ -24,6 +25,10 @@ impl EffectTable for WallContactSpec {
             check.require(value > 0.0 && value < 1.5, &key, value, allowed)?;
         }
         Ok(())
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.particles * 2 * VECTOR
     }
 
     fn effect(&self, _scene: &Scene) -> WallContact {

@@ -3,9 +3,10 @@
 use serde::Deserialize;
 
 use super::EffectTable;
+use super::columns::{Counted, VECTOR};
 use crate::base::input::{Check, InputError};
-use crate::base::vec3::{Vec3, ZERO, dot, is_finite, scale};
-use crate::engine::effects::wall_motion::{Hinge, Motion, WallMotion};
+use crate::base::vec3::{Vec3, dot, scale};
+use crate::engine::effects::wall_motion::{Hinge, Motion, Pose, WallMotion};
 use crate::scene::Scene;
 use crate::scene::number_table::TableFile;
 
@@ -102,45 +103,35 @@ fn hinge(point_m: Vec3, axis: Vec3) -> Hinge {
 
 impl MotionSpec {
     pub(in crate::scene::spec) fn check(&self, check: Check<'_>, key: &str) -> Result<(), InputError> {
-        let number = |name: &str, value: f64| {
-            let allowed = "allowed are finite numbers";
-            check.require(value.is_finite(), &format!("{key}.{name}"), value, allowed)
+        let number = |name: &str, value: f64| check.finite(&format!("{key}.{name}"), value);
+        let hinge = |point_m: Vec3, axis: Vec3| {
+            check.finite_vector(&format!("{key}.point_m"), point_m)?;
+            check.direction(&format!("{key}.axis"), axis)
         };
-        let vector = |name: &str, value: Vec3| {
-            let (key, allowed) = (format!("{key}.{name}"), "allowed are three finite numbers");
-            check.require(is_finite(value), &key, format!("{value:?}"), allowed)
+        let swing = |frequency_hz: f64, phase_rad: f64| {
+            check.positive(&format!("{key}.frequency_hz"), frequency_hz)?;
+            number("phase_rad", phase_rad)
         };
-        let axis = |value: Vec3| {
-            let (key, allowed) =
-                (format!("{key}.axis"), "allowed are three finite numbers that are not all zero");
-            check.require(is_finite(value) && value != ZERO, &key, format!("{value:?}"), allowed)
-        };
-        let positive = |name: &str, value: f64| check.positive(&format!("{key}.{name}"), value);
         let ramp = |value: f64| check.not_negative(&format!("{key}.ramp_s"), value);
         match self {
             MotionSpec::Oscillation(m) => {
-                vector("amplitude_m", m.amplitude_m)?;
-                positive("frequency_hz", m.frequency_hz)?;
-                number("phase_rad", m.phase_rad)?;
+                check.finite_vector(&format!("{key}.amplitude_m"), m.amplitude_m)?;
+                swing(m.frequency_hz, m.phase_rad)?;
                 ramp(m.ramp_s)
             }
             MotionSpec::Rocking(m) => {
                 number("amplitude_rad", m.amplitude_rad)?;
-                positive("frequency_hz", m.frequency_hz)?;
-                number("phase_rad", m.phase_rad)?;
-                vector("point_m", m.point_m)?;
-                axis(m.axis)?;
+                swing(m.frequency_hz, m.phase_rad)?;
+                hinge(m.point_m, m.axis)?;
                 ramp(m.ramp_s)
             }
             MotionSpec::Turning(m) => {
                 number("rate_rad_s", m.rate_rad_s)?;
-                vector("point_m", m.point_m)?;
-                axis(m.axis)?;
+                hinge(m.point_m, m.axis)?;
                 ramp(m.ramp_s)
             }
             MotionSpec::Table(m) => {
-                vector("point_m", m.point_m)?;
-                axis(m.axis)?;
+                hinge(m.point_m, m.axis)?;
                 let columns = ["time_s", "x_m", "y_m", "z_m", "angle_rad"];
                 m.file.read(check, &format!("{key}.table.file"), &columns)
             }
@@ -177,6 +168,10 @@ impl EffectTable for WallMotionSpec {
 
     fn check(&self, _check: Check<'_>, _key: &str) -> Result<(), InputError> {
         Ok(())
+    }
+
+    fn column_bytes(&self, of: &Counted<'_>) -> usize {
+        of.particles * VECTOR + of.scene.group_names().len() * size_of::<Option<Pose>>()
     }
 
     fn effect(&self, scene: &Scene) -> WallMotion {
