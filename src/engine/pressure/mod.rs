@@ -10,11 +10,13 @@ pub mod enclosed;
 pub mod free_surface;
 pub mod gradient;
 pub mod matrix;
+pub mod mirror;
 pub mod moment;
 pub mod number_density;
 pub mod options;
 pub mod poisson;
 pub mod truncated;
+pub mod wall_pressure;
 
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::Kernel;
@@ -28,9 +30,11 @@ use connectivity::Connectivity;
 use enclosed::EnclosedParts;
 use free_surface::Unknowns;
 use gradient::PressureGradient;
+use mirror::Mirror;
 use number_density::NumberDensity;
-use options::{Clamp, Enclosed, Gradient, Source, Surface};
+use options::{Clamp, Enclosed, Gradient, Source, Surface, Walls};
 use poisson::Poisson;
+use wall_pressure::WallPressure;
 
 /// Constants of the pressure equation.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +53,7 @@ pub struct Pressure {
     pub surface: Surface,
     pub clamp: Clamp,
     pub enclosed: Enclosed,
+    pub walls: Walls,
     /// Density of each group, kg/m3; `None` where all have the fluid's.
     pub density_by_group_kg_m3: Option<Vec<f64>>,
 }
@@ -66,6 +71,7 @@ impl Default for Pressure {
             surface: Surface::default(),
             clamp: Clamp::default(),
             enclosed: Enclosed::default(),
+            walls: Walls::default(),
             density_by_group_kg_m3: None,
         }
     }
@@ -106,6 +112,8 @@ pub struct PressureSolve {
     from_zero: bool,
     solver: ConjugateGradient,
     gradient: PressureGradient,
+    /// `None` where walls are solved for.
+    walls: Option<(Mirror, WallPressure)>,
 }
 
 impl PressureSolve {
@@ -125,6 +133,8 @@ impl PressureSolve {
             from_zero: pressure.clamp == Clamp::Everywhere,
             solver: ConjugateGradient::new(options.cg),
             gradient: PressureGradient::new(pressure, parameters, state),
+            walls: (pressure.walls == Walls::Mirrored)
+                .then(|| (Mirror::new(parameters, state), WallPressure::new(pressure, parameters, state))),
         }
     }
 
@@ -144,7 +154,8 @@ impl PressureSolve {
 
     /// Phase `source`.
     fn set_source<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
-        self.poisson.set_source::<C, T>(&self.unknowns, state);
+        let mirror = self.walls.as_mut().map(|(mirror, _)| mirror.refresh::<C, T>(state));
+        self.poisson.set_source::<C, T>(&self.unknowns, mirror, state);
         self.poisson.find_missing::<C, T>(&self.unknowns, state);
     }
 
@@ -175,6 +186,9 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
         within(probe, Phase::Clamp, || gradient.set_pressure::<C, T>(unknowns, solver.solution(), state));
         within(probe, Phase::MinimumPressure, || gradient.find_minimum::<C, T>(unknowns, state));
         within(probe, Phase::PressureGradient, || gradient.accelerate::<C, T>(unknowns, state))?;
+        if let Some((_, pressure)) = &mut self.walls {
+            within(probe, Phase::WallMirror, || pressure.read_off::<C, T>(state));
+        }
         let (rows, surface, enclosed_parts) = (unknowns.rows.len(), unknowns.surface_count(), parts.count());
         state.pressure = Some(PressureReport { cg, unknowns: rows, surface, enclosed, enclosed_parts });
         Ok(())
@@ -188,5 +202,6 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
             + self.parts.bytes()
             + self.solver.bytes()
             + self.gradient.bytes()
+            + self.walls.as_ref().map_or(0, |(mirror, pressure)| mirror.bytes() + pressure.bytes())
     }
 }
