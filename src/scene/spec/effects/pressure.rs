@@ -3,7 +3,9 @@
 use serde::Deserialize;
 
 use super::EffectTable;
-use super::pressure_options::{ClampSpec, EnclosedSpec, GradientSpec, SourceSpec, SurfaceSpec, PressureWallsSpec};
+use super::pressure_options::{
+    ClampSpec, EnclosedSpec, GradientSpec, PressureWallsSpec, SourceSpec, SurfaceSpec,
+};
 use crate::base::input::{Check, InputError};
 use crate::engine::parameters::Property;
 use crate::engine::pressure::Pressure;
