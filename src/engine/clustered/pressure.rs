@@ -34,6 +34,7 @@ pub fn covers(pressure: &Pressure) -> bool {
         && pressure.surface == Surface::Density
         && pressure.clamp == Clamp::Everywhere
         && pressure.enclosed == Enclosed::Anchor
+        && pressure.walls == options::Walls::Solved
         && pressure.density_by_group_kg_m3.is_none()
 }
 

@@ -8,7 +8,8 @@
 //! inverse is it that. After the correction the divergence is
 //! `(n - n0) / (tau n0)`, so that a density error decays as `exp(-t / tau)` however long the steps are. A feedback of a
 //! share `gamma / dt^2` of the error, as the textbook's, grows without bound as steps become shorter. Steps longer than
-//! `tau` take the whole error back at once. Tanaka & Masunaga 2010 with a time in place of their share.
+//! `tau` take the whole error back at once. Tanaka & Masunaga 2010 with a time in place of their share. Where walls are
+//! [mirrors](super::mirror) they take part as images.
 
 use crate::base::parallel::Rows;
 use crate::base::vec3::{ZERO, add_scaled, dot, sub};
@@ -16,10 +17,17 @@ use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
+use crate::engine::pressure::mirror::Mirror;
 use crate::engine::pressure::moment::Moment;
 use crate::engine::pressure::options::Gradient;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::State;
+
+/// The share of `n0` that is no error where it lacks beside a surface particle, if walls are mirrors: on a lattice with
+/// `re_n = 2.1 l0` the second layer lacks 0.008, fed back it would pull that layer up for good. This is twice as much, as
+/// a moving surface is not a lattice; it was chosen by a standing wave of 20 layers, whose kinetic energy after five
+/// periods is up by 0.10 with 0.01 (noise at the surface) and down by 0.02 with 0.015.
+const LACKING: f64 = 0.015;
 
 #[derive(Debug, Clone, Copy)]
 pub struct DivergenceSource {
@@ -54,6 +62,7 @@ impl DivergenceSource {
         &self,
         source: &mut Vec<f64>,
         unknowns: &Unknowns,
+        mirror: Option<&Mirror>,
         state: &State<C>,
     ) {
         let (near, rows, dt) = (state.neighborhood(), &unknowns.rows, state.time_step_s);
@@ -64,9 +73,15 @@ impl DivergenceSource {
             for (&i, b) in rows[range].iter().zip(source) {
                 let i = i as usize;
                 let (mut sum, mut moment, mut products) = (0.0, Moment::default(), [ZERO; 3]);
+                let mut near_surface = false;
                 near.for_each_neighbor::<T>(i, kernel.radius_m, |j, r_ij, r| {
                     let (r, u_ij) = (kernel.distance(r), sub(u[j], u[i]));
                     let v = kernel.weight(r) / (r * r);
+                    let (u_ij, r_ij) = match mirror {
+                        Some(mirror) => mirror.image(j, u_ij, r_ij),
+                        None => (u_ij, r_ij),
+                    };
+                    near_surface |= unknowns.label[j] == Label::Surface;
                     sum += v * dot(u_ij, r_ij);
                     moment.add(v, r_ij);
                     for (product, u) in products.iter_mut().zip(u_ij) {
@@ -82,7 +97,11 @@ impl DivergenceSource {
                 }
                 let error = (n[i] - self.n0) / self.n0;
                 // On the surface neighbours are missing; too many of them are an error there as well.
-                let error = if unknowns.label[i] == Label::Surface { error.max(0.0) } else { error };
+                let error = match unknowns.label[i] {
+                    Label::Surface => error.max(0.0),
+                    _ if near_surface && mirror.is_some() && error < 0.0 => (error + LACKING).min(0.0),
+                    _ => error,
+                };
                 *b = (feedback_1_s * error - divergence) / dt;
             }
         });

@@ -4,7 +4,7 @@ use crate::base::parallel::Rows;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Kind;
 use crate::engine::pressure::Pressure;
-use crate::engine::pressure::options::Surface;
+use crate::engine::pressure::options::{Surface, Walls};
 use crate::engine::search::{CandidateSearch, NONE};
 use crate::engine::stage::State;
 
@@ -12,7 +12,7 @@ use crate::engine::stage::State;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Label {
-    /// Dummy walls and ghosts: no pressure.
+    /// Dummy walls, ghosts and walls that are mirrors: no pressure of their own.
     #[default]
     Outside,
     /// `n_i < beta n0`, and where the scene says so [lopsided](ASYMMETRY) as well: pressure zero.
@@ -36,6 +36,8 @@ pub struct Unknowns {
     sparse: f64,
     /// Whether particles on the surface have rows as well.
     truncated: bool,
+    /// Whether walls are mirrors.
+    mirrored: bool,
     pub label: Vec<Label>,
     /// The particle of each row, ascending.
     pub rows: Vec<u32>,
@@ -51,6 +53,7 @@ impl Unknowns {
             threshold: pressure.surface_threshold * reference.number_density,
             sparse: SPARSE * reference.number_density,
             truncated: pressure.surface == Surface::Truncated,
+            mirrored: pressure.walls == Walls::Mirrored,
             label: state.workers.column(count, Label::Outside),
             rows: Vec::with_capacity(count),
             row_of: state.workers.column(count, NONE),
@@ -60,13 +63,19 @@ impl Unknowns {
     /// Labels every particle by its number density and, where `asymmetry` is not empty, that of its neighbours; and
     /// numbers the inner ones.
     pub fn find<C: CandidateSearch>(&mut self, asymmetry: &[f64], state: &State<C>) {
-        let (kind, n, threshold, sparse) =
-            (&state.particles.kind, &state.particles.number_density, self.threshold, self.sparse);
+        let (kind, n, threshold, sparse, mirrored) = (
+            &state.particles.kind,
+            &state.particles.number_density,
+            self.threshold,
+            self.sparse,
+            self.mirrored,
+        );
         let lopsided = |i: usize| asymmetry.is_empty() || asymmetry[i] > ASYMMETRY || n[i] < sparse;
         state.team().fill(Rows::new(&mut self.label), |range, label| {
             for (i, label) in range.zip(label) {
                 *label = match kind[i] {
                     Kind::DummyWall | Kind::Ghost => Label::Outside,
+                    Kind::Wall if mirrored => Label::Outside,
                     Kind::Fluid | Kind::Wall | Kind::Body if n[i] < threshold && lopsided(i) => {
                         Label::Surface
                     }

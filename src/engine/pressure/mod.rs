@@ -10,6 +10,7 @@ pub mod enclosed;
 pub mod free_surface;
 pub mod gradient;
 pub mod matrix;
+pub mod mirror;
 pub mod moment;
 pub mod number_density;
 pub mod options;
@@ -19,6 +20,7 @@ pub mod preconditioner;
 pub mod system_matrix;
 pub mod truncated;
 pub mod values;
+pub mod wall_pressure;
 
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::Kernel;
@@ -32,11 +34,13 @@ use connectivity::Connectivity;
 use enclosed::EnclosedParts;
 use free_surface::Unknowns;
 use gradient::PressureGradient;
+use mirror::Mirror;
 use number_density::NumberDensity;
-use options::{Clamp, Enclosed, Gradient, Source, Surface};
+use options::{Clamp, Enclosed, Gradient, Source, Surface, Walls};
 use poisson::Poisson;
 use preconditioner::Places;
 use values::{MatrixValues, Value};
+use wall_pressure::WallPressure;
 
 /// Constants of the pressure equation.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +59,7 @@ pub struct Pressure {
     pub surface: Surface,
     pub clamp: Clamp,
     pub enclosed: Enclosed,
+    pub walls: Walls,
     /// Density of each group, kg/m3; `None` where all have the fluid's.
     pub density_by_group_kg_m3: Option<Vec<f64>>,
 }
@@ -72,6 +77,7 @@ impl Default for Pressure {
             surface: Surface::default(),
             clamp: Clamp::default(),
             enclosed: Enclosed::default(),
+            walls: Walls::default(),
             density_by_group_kg_m3: None,
         }
     }
@@ -125,6 +131,8 @@ pub struct PressureSolve<V> {
     from_zero: bool,
     solver: ConjugateGradient,
     gradient: PressureGradient,
+    /// `None` where walls are solved for.
+    walls: Option<(Mirror, WallPressure)>,
 }
 
 impl<V: Value> PressureSolve<V> {
@@ -144,6 +152,8 @@ impl<V: Value> PressureSolve<V> {
             from_zero: pressure.clamp == Clamp::Everywhere,
             solver: ConjugateGradient::new(options.cg, parameters.particle_distance_m),
             gradient: PressureGradient::new(pressure, parameters, state),
+            walls: (pressure.walls == Walls::Mirrored)
+                .then(|| (Mirror::new(parameters, state), WallPressure::new(pressure, parameters, state))),
         }
     }
 
@@ -163,7 +173,8 @@ impl<V: Value> PressureSolve<V> {
 
     /// Phase `source`.
     fn set_source<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
-        self.poisson.set_source::<C, T>(&self.unknowns, state);
+        let mirror = self.walls.as_mut().map(|(mirror, _)| mirror.refresh::<C, T>(state));
+        self.poisson.set_source::<C, T>(&self.unknowns, mirror, state);
         self.poisson.find_missing::<C, T>(&self.unknowns, state);
     }
 
@@ -195,6 +206,9 @@ impl<C: CandidateSearch, T: DistanceTest, V: Value> Stage<C, T> for PressureSolv
         within(probe, Phase::Clamp, || gradient.set_pressure::<C, T>(unknowns, solver.solution(), state));
         within(probe, Phase::MinimumPressure, || gradient.find_minimum::<C, T>(unknowns, state));
         within(probe, Phase::PressureGradient, || gradient.accelerate::<C, T>(unknowns, state))?;
+        if let Some((_, pressure)) = &mut self.walls {
+            within(probe, Phase::WallMirror, || pressure.read_off::<C, T>(state));
+        }
         let (rows, surface, enclosed_parts) = (unknowns.rows.len(), unknowns.surface_count(), parts.count());
         state.pressure = Some(PressureReport { cg, unknowns: rows, surface, enclosed, enclosed_parts });
         Ok(())
@@ -208,5 +222,6 @@ impl<C: CandidateSearch, T: DistanceTest, V: Value> Stage<C, T> for PressureSolv
             + self.parts.bytes()
             + self.solver.bytes()
             + self.gradient.bytes()
+            + self.walls.as_ref().map_or(0, |(mirror, pressure)| mirror.bytes() + pressure.bytes())
     }
 }

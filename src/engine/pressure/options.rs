@@ -53,6 +53,17 @@ pub enum Clamp {
     Never,
 }
 
+/// What walls are to the pressure equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Walls {
+    /// Their inner layers have pressures that are unknown as the fluid's are.
+    #[default]
+    Solved,
+    /// Mirrors: nothing flows through their surfaces, and their pressures are read off the fluid's. Only for
+    /// [`Source::Divergence`] and [`Gradient::Consistent`], which need no pressures behind the surface.
+    Mirrored,
+}
+
 /// What becomes of parts of the fluid that no path of neighbours joins to a free surface, where pressures are determined
 /// up to a constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

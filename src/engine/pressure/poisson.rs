@@ -13,7 +13,8 @@ use crate::engine::pressure::divergence::DivergenceSource;
 use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
 use crate::engine::pressure::matrix::{SparseMatrix, Storage};
-use crate::engine::pressure::options::{Source, Surface};
+use crate::engine::pressure::mirror::Mirror;
+use crate::engine::pressure::options::{Source, Surface, Walls};
 use crate::engine::pressure::preconditioner::Places;
 use crate::engine::pressure::system_matrix::System;
 use crate::engine::pressure::truncated::Truncated;
@@ -65,6 +66,8 @@ pub struct Poisson<V = f64> {
     divergence: Option<DivergenceSource>,
     /// `None` where the pressure of surface particles is zero.
     truncated: Option<Truncated>,
+    /// Whether walls are mirrors, so that a row may have no neighbour.
+    mirrored: bool,
     pub matrix: SparseMatrix<V>,
     pub source: Vec<f64>,
     /// Whether the whole source is rounding noise.
@@ -91,6 +94,7 @@ impl<V: Value> Poisson<V> {
                 }
             },
             truncated: (pressure.surface == Surface::Truncated).then(|| Truncated::new(pressure, parameters)),
+            mirrored: pressure.walls == Walls::Mirrored,
             matrix: SparseMatrix::new(storage, lattice.neighbors),
             source: Vec::new(),
             quiet: true,
@@ -98,9 +102,14 @@ impl<V: Value> Poisson<V> {
     }
 
     /// Phase `source`.
-    pub fn set_source<C: CandidateSearch, T: DistanceTest>(&mut self, unknowns: &Unknowns, state: &State<C>) {
+    pub fn set_source<C: CandidateSearch, T: DistanceTest>(
+        &mut self,
+        unknowns: &Unknowns,
+        mirror: Option<&Mirror>,
+        state: &State<C>,
+    ) {
         if let Some(divergence) = self.divergence {
-            divergence.set::<C, T>(&mut self.source, unknowns, state);
+            divergence.set::<C, T>(&mut self.source, unknowns, mirror, state);
             return self.note_noise(state.time_step_s);
         }
         let (n, n0) = (&state.particles.number_density, self.n0);
@@ -148,6 +157,7 @@ impl<V: Value> Poisson<V> {
         let near = state.neighborhood();
         let Unknowns { label, rows, row_of, .. } = unknowns;
         let kernel = self.kernel;
+        let alone_may_be = self.mirrored;
         let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
         if let Some(Truncated { missing, .. }) = &self.truncated {
             self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
@@ -160,6 +170,9 @@ impl<V: Value> Poisson<V> {
                         entries.push(row_of[j], -c);
                     }
                 });
+                if sum == 0.0 && alone_may_be {
+                    sum = coefficient(i, i);
+                }
                 sum + compressibility
             });
             return;
@@ -175,6 +188,10 @@ impl<V: Value> Poisson<V> {
                     entries.push(row_of[j], -c);
                 }
             });
+            // A particle among walls that are mirrors may have no neighbour in the equation.
+            if sum == 0.0 && alone_may_be {
+                sum = coefficient(i, i);
+            }
             sum + compressibility
         });
     }

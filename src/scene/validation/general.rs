@@ -14,7 +14,7 @@ use crate::engine::particles::{InitialParticle, Kind};
 use crate::engine::phase::NoProbe;
 use crate::engine::preset::Preset;
 use crate::engine::pressure::Pressure;
-use crate::engine::pressure::options::{Clamp, Enclosed, Gradient, Source, Surface};
+use crate::engine::pressure::options::{Clamp, Enclosed, Gradient, Source, Surface, Walls};
 use crate::engine::simulation::{self, Simulation, Start, StepReport};
 
 /// Standard gravity as in the paper's scene, m/s2.
@@ -22,7 +22,9 @@ pub const G_M_S2: f64 = 9.8;
 /// Water, kg/m3.
 pub const DENSITY_KG_M3: f64 = 1000.0;
 
-/// Water with a free surface under gravity: contact with walls and the recommended pressure solve.
+/// Water with a free surface under gravity: contact with walls and the recommended pressure solve, in which walls are
+/// mirrors. With walls that are solved for, water of 20 layers at rest on a lattice fell with 0.13 to 0.39 g in its first
+/// step, its largest speed later was 0.05 to 0.16 sqrt(g H), and a standing wave lost half of its amplitude in five periods.
 pub fn water() -> Effects {
     Effects {
         gravity: Some(Gravity { acceleration_m_s2: [0.0, -G_M_S2, 0.0] }),
@@ -32,13 +34,14 @@ pub fn water() -> Effects {
             kernel_floor: Some(0.5),
             compressibility_1_pa: 0.0,
             source: Source::Divergence { density_feedback_s: 0.1 },
-            gradient: Gradient::Corrected,
+            gradient: Gradient::Consistent,
             surface: Surface::DensityAndAsymmetry,
             clamp: Clamp::NearSurface,
             enclosed: Enclosed::Project,
+            walls: Walls::Mirrored,
             ..Pressure::default()
         }),
-        shifting: Some(Shifting { strength: 10.0, limit: 0.1, at_surface: AtSurface::None }),
+        shifting: Some(Shifting { strength: 10.0, limit: 0.1, at_surface: AtSurface::Tangential }),
         ..Effects::default()
     }
 }
@@ -62,6 +65,14 @@ pub fn closed(density_feedback_s: f64) -> Effects {
     }
 }
 
+/// Where walls are mirrors the Laplacian reaches no further than the gradient. Beneath a free surface it lacks neighbours,
+/// and of a given flux through the first layer it makes a difference of pressures that is too large: by 1.56 with a radius
+/// of 3.1 particle distances, which throws the layer up, and by 1.09 with 2.1.
+fn radii(effects: &Effects) -> Radii {
+    let mirrored = effects.pressure.as_ref().is_some_and(|pressure| pressure.walls == Walls::Mirrored);
+    Radii { number_density: 2.1, gradient: 2.1, laplacian: if mirrored { 2.1 } else { 3.1 } }
+}
+
 /// Parameters of a case in the plane whose domain reaches `margin` particle distances beyond the particles.
 pub fn parameters(
     l0: f64,
@@ -82,7 +93,7 @@ pub fn parameters(
         time_step_s,
         adaptive: None,
         density_kg_m3: DENSITY_KG_M3,
-        radii: Radii { number_density: 2.1, gradient: 2.1, laplacian: 3.1 },
+        radii: radii(&effects),
         domain: Domain::new(low, high),
         groups: Vec::new(),
         effects,

@@ -7,6 +7,7 @@ use super::general::{self, DENSITY_KG_M3, G_M_S2, Tank};
 use super::{Fidelity, Outcome};
 use crate::engine::parameters::{Effects, Parameters};
 use crate::engine::particles::{InitialParticle, Kind, Particles};
+use crate::engine::pressure::options::Walls;
 
 /// Water whose rest is looked at: the fluid between two abscissae.
 #[derive(Debug, Clone, Copy)]
@@ -188,7 +189,10 @@ pub fn still(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
 pub fn closed(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let (n, l0, time_step_s) = (20, DEPTH_M / 20.0, 1e-3);
     let particles = Tank { width: n, height: n, lid: true }.fill(l0, |_, _| true);
-    let effects = Effects { gravity: general::water().gravity, ..general::closed(0.1) };
+    let mut effects = Effects { gravity: general::water().gravity, ..general::closed(0.1) };
+    if let Some(pressure) = &mut effects.pressure {
+        pressure.walls = Walls::Mirrored;
+    }
     let parameters = general::parameters(l0, time_step_s, &particles, 20.0, effects);
     let pool = Pool { from_m: 0.0, to_m: DEPTH_M, depth_m: DEPTH_M, closed: true };
     let rest = rest(&parameters, &particles, &[pool], duration_s(fidelity))?;
@@ -223,7 +227,9 @@ pub fn pools(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     Ok(rest.iter().zip(names).flat_map(|(rest, name)| outcomes(name, rest)).collect())
 }
 
-/// Ten layers of 1000 kg/m3 below ten of 500 kg/m3: the floor carries the weight of both.
+/// Ten layers of 1000 kg/m3 below ten of 500 kg/m3: the floor carries the weight of both. The reference counts to where the
+/// pressure is read: the floor's uppermost particles lie half a particle distance below the fluid's lower end, so that 10.5
+/// particle distances of the heavy fluid are above them. (It once counted 10, and 3.9 % too much was found.)
 pub fn two_layers(_fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let (n, l0) = (20, 0.02);
     let tank = Tank { width: n, height: n + 4, lid: false };
@@ -250,8 +256,8 @@ pub fn two_layers(_fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
             mean += probes.iter().map(|&i| pressure[i]).sum::<f64>() / (200.0 * probes.len() as f64);
         }
     }
-    // The floor's uppermost particles lie half a particle distance deeper than the fluid, the surface's half below its top.
-    let reference = 9.8 * l0 * (1000.0 * 10.0 + 500.0 * 9.5);
+    // The pressure is zero at the middle of the uppermost layer.
+    let reference = G_M_S2 * l0 * (1000.0 * 10.5 + 500.0 * 9.5);
     Ok(vec![Outcome {
         effect: "pressure",
         case: "a light layer on a heavy one",

@@ -19,7 +19,7 @@ const STEEPNESS: f64 = 0.05;
 pub struct Wave {
     /// Mean of the periods over that of linear theory.
     pub period: f64,
-    /// Share of the wave's energy, kinetic and potential, that is lost after the periods.
+    /// Share of the wave's energy that is lost in five periods.
     pub loss: f64,
     /// The amplitude of the last peak over the first.
     pub amplitude: f64,
@@ -55,41 +55,45 @@ fn mode(now: &Particles) -> f64 {
     fluid(now).map(|i| now.position[i][1] * (k() * now.position[i][0]).cos()).sum()
 }
 
-/// Energy over the mass of a particle, m2/s2.
-fn energy(now: &Particles) -> f64 {
-    let kinetic = |[u, v, _]: [f64; 3]| 0.5 * (u * u + v * v);
-    fluid(now).map(|i| kinetic(now.velocity[i]) + G_M_S2 * now.position[i][1]).sum()
+/// Kinetic energy over the mass of a particle, m2/s2.
+fn kinetic(now: &Particles) -> f64 {
+    fluid(now).map(|i| now.velocity[i]).map(|[u, v, _]| 0.5 * (u * u + v * v)).sum()
 }
 
-/// Watches `periods` of the wave. The energy of the rest, from which the wave's counts, is that of the flat start.
-pub fn swing(parameters: &Parameters, particles: &[InitialParticle], periods: f64) -> Result<Wave, String> {
+/// Half periods that are looked at.
+const HALVES: usize = 10;
+
+/// Watches five periods of the wave.
+///
+/// Its energy counts when the surface is level, where all of it is kinetic. Potential energy does not tell: that of the
+/// fluid's centre of mass, which rises by some 0.02 particle distances while the lattice is lost, is as large as the
+/// wave's.
+pub fn swing(parameters: &Parameters, particles: &[InitialParticle]) -> Result<Wave, String> {
     let mut simulation = general::build(parameters, particles, 1)?;
-    let steps = (periods * TAU / omega() / parameters.time_step_s).ceil() as usize;
-    let still: f64 =
-        fluid(simulation.particles()).map(|i| G_M_S2 * simulation.particles().position[i][1]).sum();
-    let start = energy(simulation.particles()) - still;
-    let (mut before, mut crossings, mut peaks) = (mode(simulation.particles()), Vec::new(), vec![0.0f64]);
-    for n in 1..=steps {
+    let half_s = 0.5 * TAU / omega();
+    let start = kinetic(simulation.particles());
+    let (mut before, mut end) = (mode(simulation.particles()), 0.0);
+    let (mut crossings_s, mut peaks) = (Vec::new(), vec![0.0f64]);
+    while crossings_s.len() < HALVES {
         let time_s = general::step(simulation.as_mut())?.time_s;
         let now = mode(simulation.particles());
         // The start itself is a crossing, but of particles that have not yet found their places.
-        if n > steps / 20 && before * now < 0.0 {
-            crossings.push(time_s - parameters.time_step_s * now / (now - before));
+        let since_s = time_s - crossings_s.last().copied().unwrap_or(0.0);
+        if since_s > 0.5 * half_s && before * now < 0.0 {
+            crossings_s.push(time_s - parameters.time_step_s * now / (now - before));
+            end = kinetic(simulation.particles());
             peaks.push(0.0);
         }
         if let Some(peak) = peaks.last_mut() {
             *peak = peak.max(now.abs());
         }
         before = now;
+        if time_s > 2.0 * HALVES as f64 * half_s {
+            return Err("the wave does not swing".to_string());
+        }
     }
-    let halves = (crossings.len().max(2) - 1) as f64;
-    let found_s = 2.0 * (crossings.last().unwrap_or(&0.0) - crossings.first().unwrap_or(&0.0)) / halves;
-    let last = if peaks.len() > 1 { peaks[peaks.len() - 2] } else { 0.0 };
-    Ok(Wave {
-        period: found_s * omega() / TAU,
-        loss: 1.0 - (energy(simulation.particles()) - still) / start,
-        amplitude: last / peaks[0],
-    })
+    let found_s = (crossings_s[HALVES - 1] - crossings_s[0]) / (HALVES - 1) as f64;
+    Ok(Wave { period: found_s / half_s, loss: 1.0 - end / start, amplitude: peaks[HALVES - 1] / peaks[0] })
 }
 
 /// Five periods. Coarse with 20 layers, full with 40; the gates are those of 40.
@@ -98,7 +102,7 @@ pub fn first_mode(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     let particles = particles(n);
     let l0 = DEPTH_M / f64::from(n);
     let parameters = general::parameters(l0, time_step_s, &particles, 20.0, general::water());
-    let wave = swing(&parameters, &particles, 5.0)?;
+    let wave = swing(&parameters, &particles)?;
     let outcome = |quantity, value: f64, reference: f64, error: f64, gate| Outcome {
         effect: "pressure",
         case: "standing wave, A / H = 0.05",
@@ -112,5 +116,12 @@ pub fn first_mode(fidelity: Fidelity) -> Result<Vec<Outcome>, String> {
     Ok(vec![
         outcome("period over that of linear theory", wave.period, 1.0, (wave.period - 1.0).abs(), 0.01),
         outcome("share of the wave's energy lost in five periods", wave.loss, 0.0, wave.loss.abs(), 0.1),
+        outcome(
+            "amplitude of the tenth peak over the first (reported, no gate)",
+            wave.amplitude,
+            1.0,
+            1.0 - wave.amplitude,
+            f64::INFINITY,
+        ),
     ])
 }

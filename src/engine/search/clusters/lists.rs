@@ -203,13 +203,14 @@ impl Kernel for Build<'_> {
             let own = if of == over { first..first + slots.filled_lanes(of, cluster) } else { 0..0 };
             found.extend(own.clone().map(|slot| slot as u32));
             far.clear();
+            let candidates: usize = around.of(k).iter().map(|&run| cells.in_run(run).len()).sum();
+            let (mut near_len, mut far_len) = (found.len(), 0);
+            // A place more than there are candidates: the cursor writes before it knows.
+            found.resize(near_len + candidates + 1, 0);
+            far.resize(candidates + 1, 0);
             for &run in around.of(k) {
                 let range = cells.in_run(run);
-                let range = range.start + offset..range.end + offset;
-                let (mut near_len, mut far_len) = (found.len(), far.len());
-                found.resize(near_len + range.len(), 0);
-                far.resize(far_len + range.len(), 0);
-                for slot in range {
+                for slot in range.start + offset..range.end + offset {
                     let r2 = s.distance2(&slots.points[slot], &x);
                     let near = s.bits(s.below(r2, small)) != 0;
                     let within = s.bits(s.below(r2, large)) != 0;
@@ -219,9 +220,9 @@ impl Kernel for Build<'_> {
                     near_len += usize::from(near & other);
                     far_len += usize::from(within & !near & other);
                 }
-                found.truncate(near_len);
-                far.truncate(far_len);
             }
+            found.truncate(near_len);
+            far.truncate(far_len);
             let near_end = found.len() as u32;
             found.extend_from_slice(far);
             ends.push((found.len() as u32, near_end));

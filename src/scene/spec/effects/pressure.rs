@@ -4,7 +4,9 @@ use serde::Deserialize;
 
 use super::EffectTable;
 use super::columns::{Counted, INDEX, SCALAR};
-use super::pressure_options::{ClampSpec, EnclosedSpec, GradientSpec, SourceSpec, SurfaceSpec};
+use super::pressure_options::{
+    ClampSpec, EnclosedSpec, GradientSpec, PressureWallsSpec, SourceSpec, SurfaceSpec,
+};
 use crate::base::input::{Check, InputError};
 use crate::engine::parameters::Property;
 use crate::engine::pressure::Pressure;
@@ -30,6 +32,8 @@ pub struct PressureSpec {
     pub clamp: ClampSpec,
     #[serde(default)]
     pub enclosed: EnclosedSpec,
+    #[serde(default)]
+    pub walls: PressureWallsSpec,
 }
 
 impl EffectTable for PressureSpec {
@@ -49,6 +53,12 @@ impl EffectTable for PressureSpec {
         }
         if let SourceSpec::Divergence(divergence) = &self.source {
             check.positive(&format!("{key}.source.density_feedback_s"), divergence.density_feedback_s)?;
+        }
+        if self.walls == PressureWallsSpec::Mirrored {
+            let fits =
+                matches!(self.source, SourceSpec::Divergence(_)) && self.gradient == GradientSpec::Consistent;
+            let allowed = "allowed is \"mirrored\" beside the source of kind \"divergence\" and gradient = \"consistent\"";
+            check.require(fits, &format!("{key}.walls"), "mirrored", allowed)?;
         }
         Ok(())
     }
@@ -72,6 +82,7 @@ impl EffectTable for PressureSpec {
             surface: self.surface.to_engine(),
             clamp: self.clamp.to_engine(),
             enclosed: self.enclosed.to_engine(),
+            walls: self.walls.to_engine(),
             density_by_group_kg_m3: match density {
                 Property::Uniform(_) => None,
                 Property::ByGroup(by_group) => Some(by_group),

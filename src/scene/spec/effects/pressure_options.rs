@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::engine::pressure::options::{Clamp, Enclosed, Gradient, Source, Surface};
+use crate::engine::pressure::options::{Clamp, Enclosed, Gradient, Source, Surface, Walls};
 
 /// Where the Poisson equation's source comes from.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -115,5 +115,13 @@ choice! {
     EnclosedSpec: Enclosed {
         Anchor = "The diagonals of their rows are doubled.",
         Project = "The constant is projected out; `compressibility_1_pa` may then be zero.",
+    }
+}
+
+choice! {
+    /// What walls are to the pressure equation.
+    PressureWallsSpec: Walls {
+        Solved = "Their inner layers have unknown pressures, as the fluid has.",
+        Mirrored = "Mirrors without unknowns: nothing flows through their surfaces.",
     }
 }
