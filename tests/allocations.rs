@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use common::Run;
 use repro::base::parallel::{Schedule, Workers};
 use repro::engine::phase::NoProbe;
+use repro::engine::preset::Preset;
 use repro::scene::library;
 
 /// The most different sizes that are told apart.
@@ -65,12 +66,12 @@ fn of_the_pool(threads: usize) -> BTreeMap<usize, u32> {
     sizes
 }
 
-fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize) {
+fn steps_allocate_nothing(scene: &str, sets: &[&str], preset: &str, warm_up: usize) {
     let _turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let scene = library::load(scene, &sets.iter().map(|set| set.to_string()).collect::<Vec<_>>()).unwrap();
     for threads in [1, 2] {
         let pool = of_the_pool(threads);
-        let run = Run { steps: warm_up, threads, schedule: "static", ..Run::default() };
+        let run = Run { steps: warm_up, preset, threads, schedule: "static", ..Run::default() };
         let (mut simulation, _) = common::run_scene(&scene, &run);
         // A neighbourhood fuller than any before makes a column grow, which is no allocation per step.
         let quiet = (0..30).filter(|_| {
@@ -82,7 +83,7 @@ fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize) {
         let quiet = quiet.count();
         assert!(
             quiet >= 28,
-            "{} of 30 steps of `{}` allocate, {threads} thread(s); the pool: {pool:?}",
+            "{} of 30 steps of `{}` with {preset} allocate, {threads} thread(s); the pool: {pool:?}",
             30 - quiet,
             scene.name
         );
@@ -91,7 +92,14 @@ fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize) {
 
 #[test]
 fn the_papers_scene() {
-    steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], 30);
+    steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], "paper-linked-list", 30);
+}
+
+#[test]
+fn every_search() {
+    for preset in Preset::all() {
+        steps_allocate_nothing("dam-break", &["particle_distance_m=0.075"], preset.name(), 30);
+    }
 }
 
 #[test]

@@ -14,6 +14,18 @@ pub enum Search {
     LinkedList,
     AosRelocation,
     BruteForce,
+    CellList,
+    SortedParticles,
+    NeighborList,
+    Soa,
+    Aosoa,
+}
+
+impl Search {
+    /// Whether taking roots before the distance test is compiled for it: the paper's two.
+    pub fn takes_roots_first(self) -> bool {
+        matches!(self, Search::LinkedList | Search::AosRelocation)
+    }
 }
 
 /// How distances are compared, by name.
@@ -50,12 +62,18 @@ pub enum PairTerms {
 /// The most buckets that a radius may reach across: a walk then visits 729.
 pub const MAX_BUCKETS_PER_RADIUS: usize = 4;
 
-/// The searches by preset name. The paper's two differ in this one field; `general` is for scenes of other effects.
-const PRESETS: [(&str, Search); 4] = [
+/// The searches by preset name. The paper's two differ in this one field, and so do those from `general` on, which are for
+/// scenes of other effects.
+const PRESETS: [(&str, Search); 9] = [
     ("paper-linked-list", Search::LinkedList),
     ("paper-aos-relocation", Search::AosRelocation),
     ("brute-force", Search::BruteForce),
     ("general", Search::AosRelocation),
+    ("cell-list", Search::CellList),
+    ("sorted-particles", Search::SortedParticles),
+    ("neighbor-list", Search::NeighborList),
+    ("soa", Search::Soa),
+    ("aosoa", Search::Aosoa),
 ];
 
 /// A named set of options.
@@ -80,7 +98,7 @@ impl Preset {
 
     /// The preset's options: what the paper states or, where it is silent, what ARCHITECTURE.md says.
     pub fn options(self) -> Options {
-        let general = self == Preset::GENERAL;
+        let general = self.0 >= Preset::GENERAL.0;
         Options {
             search: PRESETS[self.0].1,
             distance_test: if general { Test::Squared } else { Test::Sqrt },

@@ -65,10 +65,22 @@ pub struct State<C> {
 
 impl<C: CandidateSearch> State<C> {
     pub fn new(particles: Particles, grid: Grid, workers: Arc<Workers>, time_step_s: f64) -> Self {
+        let candidates = C::new(&grid, particles.len());
+        Self::with_search(candidates, particles, grid, workers, time_step_s)
+    }
+
+    /// The same with a search that is made already, over as many particles.
+    pub fn with_search(
+        candidates: C,
+        particles: Particles,
+        grid: Grid,
+        workers: Arc<Workers>,
+        time_step_s: f64,
+    ) -> Self {
         let count = particles.len();
         State {
             ghosts: particles.count(Kind::Ghost),
-            candidates: C::new(&grid, count),
+            candidates,
             buckets: Buckets { grid, of_particle: workers.column(count, NONE) },
             particles,
             workers,
@@ -99,9 +111,10 @@ impl<C: CandidateSearch> State<C> {
             return Ok(());
         }
         within(probe, Phase::BucketBuild, || self.sort_into_buckets())?;
-        if C::RELOCATES {
+        if self.candidates.relocates() {
             within(probe, Phase::Relocation, || {
-                self.candidates.relocate(&self.particles.position, self.workers.scheduled());
+                let team = self.workers.scheduled();
+                self.candidates.relocate(&self.buckets, &self.particles.position, team);
             });
         }
         self.fresh = true;
