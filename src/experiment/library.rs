@@ -6,7 +6,7 @@ use crate::base::input::{Check, InputError};
 use crate::experiment::spec::Experiment;
 
 /// Name and text of each experiment, in the order of the report.
-const EXPERIMENTS: [(&str, &str); 12] = [
+const EXPERIMENTS: [(&str, &str); 13] = [
     ("table2", include_str!("../../experiments/table2.toml")),
     ("figure4", include_str!("../../experiments/figure4.toml")),
     ("memory-order", include_str!("../../experiments/memory-order.toml")),
@@ -14,6 +14,7 @@ const EXPERIMENTS: [(&str, &str); 12] = [
     ("chunks", include_str!("../../experiments/chunks.toml")),
     ("cg", include_str!("../../experiments/cg.toml")),
     ("bucket-side", include_str!("../../experiments/bucket-side.toml")),
+    ("layouts", include_str!("../../experiments/layouts.toml")),
     ("twin", include_str!("../../experiments/twin.toml")),
     ("effects-cost", include_str!("../../experiments/effects-cost.toml")),
     ("accuracy-cost", include_str!("../../experiments/accuracy-cost.toml")),

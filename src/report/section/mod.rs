@@ -10,6 +10,7 @@ mod chunks;
 mod effects_cost;
 mod figure4;
 mod hard_cases;
+mod layouts;
 mod memory_order;
 mod particle_count;
 mod table2;
@@ -51,7 +52,7 @@ impl Content {
 
 type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
 
-const SECTIONS: [(&str, Section); 12] = [
+const SECTIONS: [(&str, Section); 13] = [
     ("table2", table2::content),
     ("figure4", figure4::content),
     ("chunks", chunks::content),
@@ -59,6 +60,7 @@ const SECTIONS: [(&str, Section); 12] = [
     ("particle-count", particle_count::content),
     ("cg", cg::content),
     ("bucket-side", bucket_side::content),
+    ("layouts", layouts::content),
     ("twin", twin::content),
     ("effects-cost", effects_cost::content),
     ("accuracy-cost", accuracy_cost::content),
