@@ -85,13 +85,13 @@ fn search(measured: &Measured, cell: &TimedCell, state: usize) -> Option<Search>
 /// Bytes of all columns of the cell's simulation, as its last trial ended.
 fn bytes_per_particle(measured: &Measured, cell: &TimedCell) -> Option<f64> {
     let trials = measured.trials(ID, Stage::Paired).map(|(_, trial)| trial);
-    let mut of_cell =
+    let of_cell =
         trials.filter(|t| t.subject == cell.subject && t.threads == cell.threads).filter_map(|trial| {
             let variant = trial.variants.iter().position(|variant| *variant == cell.variant)?;
             let outcome = trial.outcome.as_ref()?;
             Some(*outcome.bytes.get(variant)? as f64 / outcome.particles as f64)
         });
-    of_cell.next_back()
+    of_cell.last()
 }
 
 /// A preset's name without the paper's mark.
