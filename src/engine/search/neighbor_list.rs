@@ -5,7 +5,7 @@
 //! buckets meets them, and every sum keeps its bits. A skin would spare some of the builds, but after particles have changed
 //! buckets the order would be another one.
 //!
-//! Walks become short: the true neighbours instead of some 900 candidates. The price is the list's build, which is a walk for
+//! Walks become short: the true neighbours instead of some 800 candidates. The price is the list's build, which is a walk for
 //! every particle, whoever needs it later, and its memory, hundreds of bytes a particle. Whether that pays depends on how
 //! many walks follow a build, and how small their radii are: a list for 3.1 particle distances holds three times the
 //! neighbours within 2.1.

@@ -106,7 +106,8 @@ impl Setting {
 
     /// The fastest search, and which are slower than the list.
     fn finding(&self) -> Option<String> {
-        let others = || self.searches.iter().skip(1);
+        let list = in_words(Preset::PAPER_LINKED_LIST.name());
+        let others = || self.searches.iter().filter(|search| search.name != list);
         let fastest = others().max_by(|a, b| a.gain.median.total_cmp(&b.gain.median))?;
         let slower: Vec<String> = others()
             .filter(|s| s.gain.interval.map_or(s.gain.median, |i| i.high) < 1.0)
