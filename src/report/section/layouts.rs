@@ -94,9 +94,16 @@ fn bytes_per_particle(measured: &Measured, cell: &TimedCell) -> Option<f64> {
     of_cell.last()
 }
 
-/// A preset's name without the paper's mark.
+/// A preset's name without the paper's mark, and as prose spells it.
 fn in_words(preset: &str) -> String {
-    preset.trim_start_matches("paper-").replace('-', " ")
+    let word = |word| match word {
+        "aos" => "AoS",
+        "soa" => "SoA",
+        "aosoa" => "AoSoA",
+        "neighbor" => "neighbour",
+        other => other,
+    };
+    preset.trim_start_matches("paper-").split('-').map(word).collect::<Vec<_>>().join(" ")
 }
 
 impl Setting {
