@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use common::{Change, Run};
 use repro::base::parallel::{Schedule, Workers};
 use repro::engine::phase::NoProbe;
+use repro::engine::preset::{Preset, Search};
 use repro::engine::pressure::preconditioner::Preconditioning;
 use repro::scene::library;
 
@@ -66,12 +67,12 @@ fn of_the_pool(threads: usize) -> BTreeMap<usize, u32> {
     sizes
 }
 
-fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize, change: Change) {
+fn steps_allocate_nothing(scene: &str, sets: &[&str], preset: &str, warm_up: usize, change: Change) {
     let _turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let scene = library::load(scene, &sets.iter().map(|set| set.to_string()).collect::<Vec<_>>()).unwrap();
     for threads in [1, 2] {
         let pool = of_the_pool(threads);
-        let run = Run { steps: warm_up, threads, schedule: "static", change, ..Run::default() };
+        let run = Run { steps: warm_up, preset, threads, schedule: "static", change, ..Run::default() };
         let (mut simulation, _) = common::run_scene(&scene, &run);
         // A neighbourhood fuller than any before makes a column grow, which is no allocation per step.
         let quiet = (0..30).filter(|_| {
@@ -83,7 +84,7 @@ fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize, change: Ch
         let quiet = quiet.count();
         assert!(
             quiet >= 28,
-            "{} of 30 steps of `{}` allocate, {threads} thread(s); the pool: {pool:?}",
+            "{} of 30 steps of `{}` with {preset} allocate, {threads} thread(s); the pool: {pool:?}",
             30 - quiet,
             scene.name
         );
@@ -92,7 +93,7 @@ fn steps_allocate_nothing(scene: &str, sets: &[&str], warm_up: usize, change: Ch
 
 #[test]
 fn the_papers_scene() {
-    steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], 30, |_| ());
+    steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], "paper-linked-list", 30, |_| ());
 }
 
 #[test]
@@ -104,7 +105,14 @@ fn preconditioners() {
         |options| options.cg.preconditioner = Preconditioning::TwoLevel,
     ];
     for change in changes {
-        steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], 30, change);
+        steps_allocate_nothing("dam-break", &["particle_distance_m=0.0375"], "paper-linked-list", 30, change);
+    }
+}
+
+#[test]
+fn every_search_by_buckets() {
+    for preset in Preset::all().filter(|preset| preset.options().search != Search::BruteForce) {
+        steps_allocate_nothing("dam-break", &["particle_distance_m=0.075"], preset.name(), 30, |_| ());
     }
 }
 

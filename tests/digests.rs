@@ -9,7 +9,7 @@ use repro::base::parallel::Workers;
 use repro::engine::diagnostics::digest;
 use repro::engine::particles::InitialParticle;
 use repro::engine::phase::NoProbe;
-use repro::engine::preset::{Options, Preset, Test};
+use repro::engine::preset::{Options, Preset, Search, Test};
 use repro::engine::pressure::conjugate_gradient::CgMode;
 use repro::engine::pressure::matrix::Storage;
 use repro::engine::simulation::{self, Start};
@@ -98,6 +98,25 @@ fn a_covering_set_of_searches_threads_and_schedules_gives_the_same_bits() {
         let found = end_state(&state, preset, threads, schedule, change);
         assert_eq!(found, expected, "{preset}, {threads} threads, {schedule}");
     }
+    for preset in layouts() {
+        let runs: [(usize, &str, Change); 5] = [
+            (1, "dynamic:64", plain),
+            (2, "static", squared_csr),
+            (3, "dynamic:1", plain),
+            (3, "guided:16", serial_cg),
+            (2, "rayon:7", plain),
+        ];
+        for (threads, schedule, change) in runs {
+            let found = end_state(&state, preset.name(), threads, schedule, change);
+            assert_eq!(found, expected, "{preset}, {threads} threads, {schedule}");
+        }
+    }
+}
+
+/// The searches beyond the paper's two that sum in their order.
+fn layouts() -> impl Iterator<Item = Preset> {
+    Preset::all()
+        .filter(|preset| !Preset::PAPER.contains(preset) && preset.options().search != Search::BruteForce)
 }
 
 /// The optional parts of the scheme, through the impact on the far wall.

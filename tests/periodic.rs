@@ -8,7 +8,7 @@ use repro::engine::kernel::Dimensions;
 use repro::engine::parameters::{Domain, Effects, Parameters, Radii};
 use repro::engine::particles::{InitialParticle, Kind};
 use repro::engine::phase::NoProbe;
-use repro::engine::preset::Preset;
+use repro::engine::preset::{Preset, Search};
 use repro::engine::simulation::{self, Start};
 
 const L0: f64 = 0.1;
@@ -49,7 +49,7 @@ fn shear() -> Vec<InitialParticle> {
 #[test]
 fn a_sine_decays_by_one_factor_everywhere_with_every_search() {
     let particles = shear();
-    let mut decays = Vec::new();
+    let mut decays: Vec<f64> = Vec::new();
     for preset in Preset::all() {
         let workers = Arc::new(Workers::new(2, Schedule::Static, &[]).unwrap());
         let start = Start { particles: &particles, steps_done: 0 };
@@ -60,10 +60,13 @@ fn a_sine_decays_by_one_factor_everywhere_with_every_search() {
         for (u, start) in velocity.iter().zip(&particles) {
             assert!((u[0] - decay * start.velocity[0]).abs() < 1e-18, "{u:?}");
         }
-        decays.push(decay);
+        if preset.options().search == Search::BruteForce {
+            assert!((decay - decays[0]).abs() < 1e-12);
+        } else {
+            decays.push(decay);
+            assert_eq!(decay, decays[0], "{preset}: all searches by buckets sum in one order");
+        }
     }
-    assert_eq!(decays[0], decays[1], "the linked list and the relocated copy sum in one order");
-    assert!((decays[0] - decays[2]).abs() < 1e-12);
     // exp(-nu k^2 dt) with k = 2 pi / 1.2 m, to the error of twelve particles a wave.
     let exact = (-0.5 * (std::f64::consts::TAU / 1.2).powi(2) * 1e-3f64).exp();
     assert!((decays[0] - exact).abs() < 0.1 * (1.0 - exact), "{} {exact}", decays[0]);

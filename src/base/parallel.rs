@@ -336,6 +336,58 @@ unsafe impl<'a, T: Send> Columns for Rows<'a, T> {
     }
 }
 
+/// A slice seen as rows of unequal length, one behind the other: row `k` is `slice[start[k]..start[k + 1]]`.
+#[derive(Debug)]
+pub struct PackedRows<'a, T> {
+    slice: &'a mut [T],
+    start: &'a [u32],
+}
+
+impl<'a, T> PackedRows<'a, T> {
+    /// `start` has one entry more than there are rows; it never falls, and ends within the slice.
+    pub fn new(slice: &'a mut [T], start: &'a [u32]) -> Self {
+        let ends_within = start.last().is_some_and(|&end| end as usize <= slice.len());
+        assert!(ends_within && start.is_sorted(), "packed rows lie one behind the other within their slice");
+        PackedRows { slice, start }
+    }
+}
+
+/// Where [`PackedRows`] lie.
+#[derive(Debug)]
+pub struct RawPackedRows<'a, T> {
+    rows: RawRows<T>,
+    start: &'a [u32],
+}
+
+impl<T> Clone for RawPackedRows<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for RawPackedRows<'_, T> {}
+
+// SAFETY: `part` reaches `start[range.start]..start[range.end]` alone; `start` never falls, so that ranges which do not
+// overlap reach parts which do not, and ends within the slice.
+unsafe impl<'a, T: Send> Columns for PackedRows<'a, T> {
+    type Raw = RawPackedRows<'a, T>;
+    type Part = &'a mut [T];
+
+    fn rows(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    fn into_raw(self) -> RawPackedRows<'a, T> {
+        RawPackedRows { rows: Rows::new(self.slice).into_raw(), start: self.start }
+    }
+
+    unsafe fn part(raw: RawPackedRows<'a, T>, range: Range<usize>) -> &'a mut [T] {
+        let elements = raw.start[range.start] as usize..raw.start[range.end] as usize;
+        // SAFETY: these elements lie within the slice, and the caller keeps parts disjoint and the borrow alive.
+        unsafe { Rows::part(raw.rows, elements) }
+    }
+}
+
 macro_rules! columns_of_several {
     ($($name:ident),+) => {
         // SAFETY: each member keeps to the rows of `range`, and the shortest bounds the range.
@@ -443,6 +495,32 @@ mod tests {
             part.fill(1);
         });
         assert_eq!(values, [1; 10]);
+    }
+
+    #[test]
+    fn packed_rows_are_filled_once_each() {
+        let start: Vec<u32> = (0..=200_u32).map(|k| k * k / 7).collect();
+        let row_of = |place: usize| start.partition_point(|&first| first as usize <= place) - 1;
+        for schedule in schedules() {
+            let workers = Workers::new(3, schedule, &[]).unwrap();
+            let mut values = vec![0; start[200] as usize + 5];
+            workers.scheduled().fill(PackedRows::new(&mut values, &start), |rows, part| {
+                let first = start[rows.start];
+                for row in rows {
+                    let places = (start[row] - first) as usize..(start[row + 1] - first) as usize;
+                    part[places].iter_mut().for_each(|value| *value += row + 1);
+                }
+            });
+            let filled = values.iter().enumerate();
+            assert!(filled.take(start[200] as usize).all(|(place, &v)| v == row_of(place) + 1), "{schedule}");
+            assert!(values.ends_with(&[0; 5]), "what lies behind the last row is left alone");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "one behind the other")]
+    fn packed_rows_that_overlap_are_refused() {
+        PackedRows::new(&mut [0; 4], &[0, 3, 2, 4]);
     }
 
     #[test]

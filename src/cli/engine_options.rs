@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::Result;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use crate::base::input::InputError;
@@ -18,7 +19,7 @@ use crate::experiment::record::{checked_buckets, checked_tolerance};
 #[derive(Debug, Args)]
 pub struct EngineOptions {
     /// Set of options by name; see `repro list`
-    #[arg(long, default_value = Preset::GENERAL.name())]
+    #[arg(long, default_value = Preset::GENERAL.name(), value_parser = presets())]
     preset: Preset,
     /// Worker threads
     #[arg(long, default_value_t = 1)]
@@ -53,6 +54,12 @@ pub struct EngineOptions {
     /// Preconditioner of the pressure's solve: none, jacobi, ssor, ic0 or two-level [default: the preset's]
     #[arg(long)]
     preconditioner: Option<Preconditioning>,
+}
+
+/// Reads a preset's name; a shell that completes knows them all.
+fn presets() -> impl TypedValueParser<Value = Preset> {
+    PossibleValuesParser::new(Preset::all().map(Preset::name))
+        .map(|name| name.parse().expect("each of these names a preset"))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -11,10 +11,16 @@ use crate::engine::preset::Options;
 use crate::engine::pressure::values::MatrixValues;
 use crate::engine::pressure::{self, Pressure};
 use crate::engine::search::aos_relocation::AosRelocation;
+use crate::engine::search::aosoa::Aosoa;
 use crate::engine::search::brute_force::BruteForce;
+use crate::engine::search::cell_list::CellList;
 use crate::engine::search::clusters::Clusters;
+use crate::engine::search::erased::Erased;
 use crate::engine::search::linked_list::LinkedList;
+use crate::engine::search::neighbor_list::{Listed, NeighborList};
 use crate::engine::search::periodic::Periodic;
+use crate::engine::search::soa::Soa;
+use crate::engine::search::sorted_particles::SortedParticles;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::{Stage, State};
 use crate::engine::terms::PairPass;
@@ -49,6 +55,12 @@ pub trait OwnStages: CandidateSearch + 'static {
 impl OwnStages for LinkedList {}
 impl OwnStages for AosRelocation {}
 impl OwnStages for BruteForce {}
+impl OwnStages for CellList {}
+impl OwnStages for SortedParticles {}
+impl<E: Listed> OwnStages for NeighborList<E> {}
+impl OwnStages for Soa {}
+impl OwnStages for Aosoa {}
+impl OwnStages for Erased {}
 impl<C: OwnStages> OwnStages for Periodic<C> {}
 
 impl OwnStages for Clusters {

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use crate::base::parallel::Schedule;
 use crate::engine::pressure::conjugate_gradient::CgParams;
 use crate::engine::pressure::matrix::Storage;
+use crate::engine::pressure::preconditioner::Preconditioning;
 use crate::engine::pressure::values::MatrixValues;
 
 /// A neighbour search by name.
@@ -16,6 +17,18 @@ pub enum Search {
     AosRelocation,
     BruteForce,
     Clusters,
+    CellList,
+    SortedParticles,
+    NeighborList,
+    Soa,
+    Aosoa,
+}
+
+impl Search {
+    /// Whether taking roots before the distance test is compiled for it: the paper's two.
+    pub fn takes_roots_first(self) -> bool {
+        matches!(self, Search::LinkedList | Search::AosRelocation)
+    }
 }
 
 /// How distances are compared, by name.
@@ -55,12 +68,18 @@ pub enum PairTerms {
 /// The most buckets that a radius may reach across: a walk then visits 729.
 pub const MAX_BUCKETS_PER_RADIUS: usize = 4;
 
-/// The searches by preset name. The paper's two differ in this one field; `general` is for scenes of other effects.
-const PRESETS: [(&str, Search); 5] = [
+/// The searches by preset name. The paper's two differ in this one field, and so do those from `general` on, which are for
+/// scenes of other effects.
+const PRESETS: [(&str, Search); 10] = [
     ("paper-linked-list", Search::LinkedList),
     ("paper-aos-relocation", Search::AosRelocation),
     ("brute-force", Search::BruteForce),
     ("general", Search::AosRelocation),
+    ("cell-list", Search::CellList),
+    ("sorted-particles", Search::SortedParticles),
+    ("neighbor-list", Search::NeighborList),
+    ("soa", Search::Soa),
+    ("aosoa", Search::Aosoa),
     ("fast", Search::Clusters),
 ];
 
@@ -74,7 +93,7 @@ impl Preset {
     /// Relocation with squared distances, packed rows and one walk for all explicit pair terms of a radius.
     pub const GENERAL: Preset = Preset(3);
     /// Clusters with one list for all phases, and the list as the matrix.
-    pub const FAST: Preset = Preset(4);
+    pub const FAST: Preset = Preset(9);
     /// The two that the paper compares.
     pub const PAPER: [Preset; 2] = [Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION];
 
@@ -88,15 +107,18 @@ impl Preset {
 
     /// The preset's options: what the paper states or, where it is silent, what ARCHITECTURE.md says.
     pub fn options(self) -> Options {
-        let general = self == Preset::GENERAL || self == Preset::FAST;
+        let (general, fast) = (self.0 >= Preset::GENERAL.0, self == Preset::FAST);
         Options {
             search: PRESETS[self.0].1,
             distance_test: if general { Test::Squared } else { Test::Sqrt },
             buckets_per_radius: NonZeroUsize::MIN,
             storage: if general { Storage::Csr } else { Storage::Ell },
-            matrix_values: MatrixValues::F64,
+            matrix_values: if fast { MatrixValues::F32 } else { MatrixValues::F64 },
             schedule: Schedule::Dynamic(const { std::num::NonZeroUsize::new(64).unwrap() }),
-            cg: CgParams::default(),
+            cg: CgParams {
+                preconditioner: if fast { Preconditioning::TwoLevel } else { Preconditioning::None },
+                ..CgParams::default()
+            },
             pair_terms: if general { PairTerms::Shared } else { PairTerms::Separate },
         }
     }

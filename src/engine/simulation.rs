@@ -24,11 +24,17 @@ use crate::engine::preset::{Options, Search, Test};
 use crate::engine::pressure::PressureReport;
 use crate::engine::pressure::conjugate_gradient::CgInfo;
 use crate::engine::search::aos_relocation::AosRelocation;
+use crate::engine::search::aosoa::Aosoa;
 use crate::engine::search::brute_force::BruteForce;
+use crate::engine::search::cell_list::CellList;
 use crate::engine::search::clusters::Clusters;
+use crate::engine::search::erased::Erased;
 use crate::engine::search::grid::{BadDomain, Grid};
 use crate::engine::search::linked_list::LinkedList;
+use crate::engine::search::neighbor_list::{Moved, NeighborList};
 use crate::engine::search::periodic::Periodic;
+use crate::engine::search::soa::Soa;
+use crate::engine::search::sorted_particles::SortedParticles;
 use crate::engine::search::{CandidateSearch, DistanceTest, Lengths, RootFirst, SquaredFirst};
 use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::{Stage, State};
@@ -283,29 +289,58 @@ pub fn build(
     let root_first = textbook && options.distance_test == Test::Sqrt;
     let plan = (parameters, options, start, workers);
     match options.search {
-        Search::LinkedList if root_first => composed(textbook_stages::<LinkedList, RootFirst>, plan),
-        Search::AosRelocation if root_first => composed(textbook_stages::<AosRelocation, RootFirst>, plan),
+        Search::LinkedList if root_first => {
+            composed(LinkedList::new, textbook_stages::<LinkedList, RootFirst>, plan)
+        }
+        Search::AosRelocation if root_first => {
+            composed(AosRelocation::new, textbook_stages::<AosRelocation, RootFirst>, plan)
+        }
         Search::LinkedList => with_ends::<LinkedList>(plan),
         Search::AosRelocation => with_ends::<AosRelocation>(plan),
-        Search::BruteForce => with_ends::<BruteForce>(plan),
-        Search::Clusters => composed(stages::<Clusters, SquaredFirst>, plan),
+        Search::BruteForce => another::<BruteForce, Periodic<BruteForce>>(textbook, plan),
+        Search::CellList => another::<CellList, Periodic<CellList>>(textbook, plan),
+        Search::SortedParticles => another::<SortedParticles, Periodic<SortedParticles>>(textbook, plan),
+        Search::NeighborList => another::<NeighborList<u32>, NeighborList<Moved>>(textbook, plan),
+        Search::Soa => another::<Soa, Periodic<Soa>>(textbook, plan),
+        Search::Aosoa => another::<Aosoa, Periodic<Aosoa>>(textbook, plan),
+        // Walks across periodic ends have no clusters yet: relocation serves them.
+        Search::Clusters if plan.0.domain.periodic != [false; 3] => with_ends::<AosRelocation>(plan),
+        Search::Clusters => composed(Clusters::new, stages::<Clusters, SquaredFirst>, plan),
     }
 }
 
 /// What a simulation is built from.
 type Plan<'a> = (&'a Parameters, &'a Options, Start<'a>, Arc<Workers>);
 
+/// Makes a search.
+type MakeSearch<C> = fn(&Grid, Lengths, usize) -> C;
+
 /// Makes the stages of a step.
 type Stages<C, T> = fn(&Parameters, &Options, &State<C>) -> Vec<Box<dyn Stage<C, T>>>;
 
+/// All effects with a search that they are compiled for.
 fn with_ends<C: OwnStages>(plan: Plan<'_>) -> Result<Box<dyn Simulation>, BadDomain> {
     match plan.0.domain.periodic {
-        [false, false, false] => composed(stages::<C, SquaredFirst>, plan),
-        _ => composed(stages::<Periodic<C>, SquaredFirst>, plan),
+        [false, false, false] => composed(C::new, stages::<C, SquaredFirst>, plan),
+        _ => composed(Periodic::<C>::new, stages::<Periodic<C>, SquaredFirst>, plan),
+    }
+}
+
+/// A search that only the textbook's step is compiled for: `C`, or `P` in a domain that repeats itself along an axis.
+fn another<C, P>(textbook: bool, plan: Plan<'_>) -> Result<Box<dyn Simulation>, BadDomain>
+where
+    C: OwnStages,
+    P: CandidateSearch + 'static,
+{
+    match plan.0.domain.periodic {
+        _ if textbook => composed(C::new, textbook_stages::<C, SquaredFirst>, plan),
+        [false, false, false] => composed(Erased::of::<C>, stages::<Erased, SquaredFirst>, plan),
+        _ => composed(Erased::of::<P>, stages::<Erased, SquaredFirst>, plan),
     }
 }
 
 fn composed<C: OwnStages, T: DistanceTest>(
+    search: MakeSearch<C>,
     stages: Stages<C, T>,
     (parameters, options, start, workers): Plan<'_>,
 ) -> Result<Box<dyn Simulation>, BadDomain> {
@@ -329,7 +364,8 @@ fn composed<C: OwnStages, T: DistanceTest>(
         small_m: parameters.number_density_radius_m().max(parameters.gradient_radius_m()),
         large_m: parameters.largest_radius_m(),
     };
-    let mut state = State::<C>::new(particles, grid, lengths, workers, parameters.time_step_s);
+    let search = search(&grid, lengths, particles.len());
+    let mut state = State::with_search(search, particles, grid, lengths, workers, parameters.time_step_s);
     state.step = start.steps_done;
     state.time_s = start.steps_done as f64 * parameters.time_step_s;
     if parameters.effects.flow_boundaries.is_some() {

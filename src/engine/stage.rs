@@ -72,10 +72,23 @@ impl<C: CandidateSearch> State<C> {
         workers: Arc<Workers>,
         time_step_s: f64,
     ) -> Self {
+        let candidates = C::new(&grid, lengths, particles.len());
+        Self::with_search(candidates, particles, grid, lengths, workers, time_step_s)
+    }
+
+    /// The same with a search that is made already, over as many particles.
+    pub fn with_search(
+        candidates: C,
+        particles: Particles,
+        grid: Grid,
+        lengths: Lengths,
+        workers: Arc<Workers>,
+        time_step_s: f64,
+    ) -> Self {
         let count = particles.len();
         State {
             ghosts: particles.count(Kind::Ghost),
-            candidates: C::new(&grid, lengths, count),
+            candidates,
             lengths,
             buckets: Buckets { grid, of_particle: workers.column(count, NONE) },
             particles,
@@ -112,9 +125,10 @@ impl<C: CandidateSearch> State<C> {
             return Ok(());
         }
         within(probe, Phase::BucketBuild, || self.sort_into_buckets(radius_m))?;
-        if C::RELOCATES {
+        if self.candidates.relocates() {
             within(probe, Phase::Relocation, || {
-                self.candidates.relocate(&self.particles.position, self.workers.scheduled());
+                let team = self.workers.scheduled();
+                self.candidates.relocate(&self.buckets, &self.particles.position, team);
             });
         }
         self.fresh = true;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::input::{Check, InputError};
 use crate::base::parallel::MAX_THREADS;
-use crate::engine::preset::Search;
+use crate::engine::preset::{Options, Search, Test};
 use crate::experiment::machine::Topology;
 use crate::experiment::record::Variant;
 use crate::experiment::selection::Setting;
@@ -138,7 +138,15 @@ impl Factors {
         for variant in variants {
             let allowed = "each combination may stand there once";
             check.require(labels.insert(variant.label()), &key("zip"), variant.label(), allowed)?;
-            let search = variant.options(check.file)?.search;
+            let Options { search, distance_test, .. } = variant.options(check.file)?;
+            let allowed = "this search compares squares only: `squared`";
+            let compiled = distance_test == Test::Squared || search.takes_roots_first();
+            check.require(
+                compiled || search == Search::BruteForce,
+                &key("distance_test"),
+                &variant.distance_test,
+                allowed,
+            )?;
             let allowed = "its sums run in another order, so its end state differs from the other searches'";
             check.require(search != Search::BruteForce, &key("preset"), &variant.preset, allowed)?;
         }

@@ -6,7 +6,7 @@ use crate::base::input::{Check, InputError};
 use crate::experiment::spec::Experiment;
 
 /// Name and text of each experiment, in the order of the report.
-const EXPERIMENTS: [(&str, &str); 17] = [
+const EXPERIMENTS: [(&str, &str); 18] = [
     ("table2", include_str!("../../experiments/table2.toml")),
     ("figure4", include_str!("../../experiments/figure4.toml")),
     ("memory-order", include_str!("../../experiments/memory-order.toml")),
@@ -15,6 +15,7 @@ const EXPERIMENTS: [(&str, &str); 17] = [
     ("cg", include_str!("../../experiments/cg.toml")),
     ("preconditioners", include_str!("../../experiments/preconditioners.toml")),
     ("bucket-side", include_str!("../../experiments/bucket-side.toml")),
+    ("layouts", include_str!("../../experiments/layouts.toml")),
     ("twin", include_str!("../../experiments/twin.toml")),
     ("effects-cost", include_str!("../../experiments/effects-cost.toml")),
     ("effects-of-heated-cavity", include_str!("../../experiments/effects-of-heated-cavity.toml")),

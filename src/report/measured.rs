@@ -43,6 +43,8 @@ pub enum Quantity {
     Walks,
     /// The walks, and the copying that should speed them up.
     WalksAndRelocation,
+    /// Buckets, and the copies or lists that are made of them.
+    Build,
 }
 
 /// Chooses one cell among all that a stage measured.
@@ -328,6 +330,7 @@ fn seconds(window: &WindowSample, quantity: Quantity) -> f64 {
         Quantity::NonCg => total() - cg(),
         Quantity::Walks => phases(Phase::walks_neighbors),
         Quantity::WalksAndRelocation => phases(|phase| phase.walks_neighbors() || phase == Phase::Relocation),
+        Quantity::Build => phases(|phase| [Phase::BucketBuild, Phase::Relocation].contains(&phase)),
     }
 }
 

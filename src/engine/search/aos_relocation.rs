@@ -42,7 +42,7 @@ impl CandidateSearch for AosRelocation {
 
     const RELOCATES: bool = true;
 
-    fn relocate(&mut self, positions: &[Vec3], team: Team<'_>) {
+    fn relocate(&mut self, _buckets: &Buckets, positions: &[Vec3], team: Team<'_>) {
         if !self.copy_rows(positions, team) {
             self.widen();
             let fits = self.copy_rows(positions, team);

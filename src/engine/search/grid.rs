@@ -1,5 +1,7 @@
 //! The grid of buckets: cubes whose side is the largest influence radius, or a whole part of it.
 
+use std::ops::Range;
+
 use crate::base::parallel::{FirstIndex, Rows, Team};
 use crate::base::vec3::{Vec3, is_finite};
 use crate::engine::parameters::Domain;
@@ -13,6 +15,8 @@ use crate::engine::search::NONE;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     domain: Domain,
+    /// The largest influence radius, metres.
+    radius_m: f64,
     /// The length of a bucket in each direction, metres: along a periodic axis a whole part of the period.
     side: Vec3,
     /// How many buckets a radius reaches across in each direction.
@@ -21,6 +25,8 @@ pub struct Grid {
     cells: [usize; 3],
     /// Offsets -reach..reach with x outermost, then y, then z.
     neighborhood: Box<[isize]>,
+    /// The same offsets as runs of buckets that follow one another: where each begins, and how long it is.
+    runs: Box<[(isize, usize)]>,
 }
 
 /// A bucket as a walk meets it: the bucket that holds the particles, and by how many periods they are moved.
@@ -86,11 +92,18 @@ impl Grid {
                     .extend(steps(2).map(|dz| (dx * cells[1] as isize + dy) * cells[2] as isize + dz));
             }
         }
-        Ok(Grid { domain, side, reach: reaches, cells, neighborhood: neighborhood.into_boxed_slice() })
+        let runs = neighborhood.chunk_by(|a, b| a + 1 == *b).map(|run| (run[0], run.len())).collect();
+        let neighborhood = neighborhood.into_boxed_slice();
+        Ok(Grid { domain, radius_m, side, reach: reaches, cells, neighborhood, runs })
     }
 
     pub fn domain(&self) -> &Domain {
         &self.domain
+    }
+
+    /// The largest influence radius, metres.
+    pub fn radius_m(&self) -> f64 {
+        self.radius_m
     }
 
     /// What each bucket stands for. Only those in the border of a periodic axis stand for another one.
@@ -153,6 +166,15 @@ impl Grid {
     #[inline(always)]
     pub fn neighborhood(&self, bucket: usize) -> impl Iterator<Item = usize> + '_ {
         self.neighborhood.iter().map(move |offset| bucket.wrapping_add_signed(*offset))
+    }
+
+    /// The same buckets in the same order, as ranges of numbers that follow one another: 9 instead of 27.
+    #[inline(always)]
+    pub fn runs(&self, bucket: usize) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.runs.iter().map(move |&(offset, len)| {
+            let first = bucket.wrapping_add_signed(offset);
+            first..first + len
+        })
     }
 }
 
@@ -231,6 +253,8 @@ mod tests {
             let around: Vec<usize> = grid.neighborhood(bucket).collect();
             assert_eq!((around.len(), around[62]), (125, bucket));
             assert!(around.is_sorted() && around.iter().all(|&b| b < grid.len()));
+            let runs: Vec<_> = grid.runs(bucket).collect();
+            assert_eq!((runs.len(), runs.into_iter().flatten().collect()), (25, around));
         }
         let reached = grid.bucket_at([-0.91, 0.09, 2.09]).unwrap();
         assert!(grid.neighborhood(corner).any(|bucket| bucket == reached));

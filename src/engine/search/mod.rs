@@ -4,11 +4,18 @@
 //! compiled anew for each search. A new search is one new file here and one line in `preset.rs`.
 
 pub mod aos_relocation;
+pub mod aosoa;
 pub mod brute_force;
+pub mod cell_list;
 pub mod clusters;
+pub mod erased;
 pub mod grid;
+pub mod lanes;
 pub mod linked_list;
+pub mod neighbor_list;
 pub mod periodic;
+pub mod soa;
+pub mod sorted_particles;
 
 use std::hint::cold_path;
 
@@ -58,11 +65,16 @@ pub trait CandidateSearch: Send + Sync + Sized {
     /// Shows what the order of its sums depends on beside the particles.
     fn visit(&mut self, _visitor: &mut Visitor<'_>) {}
 
-    /// Whether positions are copied after each build, so that the step has a `relocation` phase.
+    /// Whether something is made of the positions after each build, so that the step has a `relocation` phase.
     const RELOCATES: bool;
 
-    /// Copies positions to where the search reads them.
-    fn relocate(&mut self, _positions: &[Vec3], _team: Team<'_>) {}
+    /// The same, for a search that knows only when it is made.
+    fn relocates(&self) -> bool {
+        Self::RELOCATES
+    }
+
+    /// Copies positions to where the search reads them, or makes of them what else it needs.
+    fn relocate(&mut self, _buckets: &Buckets, _positions: &[Vec3], _team: Team<'_>) {}
 
     /// Calls `stop_at(j, x_j)` for the particles `j` in `bucket` by ascending index, until it returns true; tells whether
     /// it did.
@@ -90,6 +102,21 @@ pub trait CandidateSearch: Send + Sync + Sized {
         buckets.grid.neighborhood(home).any(|bucket| {
             enter(bucket) && self.any_in_bucket(buckets, positions, bucket, |j, there| stop_at(j, there))
         })
+    }
+
+    /// The same, but may leave out candidates that lie `radius` metres or farther from particle `i`, so that a search can
+    /// sift them in its own way. Whoever asks looks at the distance of those that come.
+    #[inline(always)]
+    fn any_candidate_near(
+        &self,
+        buckets: &Buckets,
+        positions: &[Vec3],
+        i: usize,
+        _radius: f64,
+        enter: impl Fn(usize) -> bool,
+        stop_at: impl FnMut(usize, &Vec3) -> bool,
+    ) -> bool {
+        self.any_candidate(buckets, positions, i, enter, stop_at)
     }
 
     /// Bytes that the search's own arrays take.
@@ -159,7 +186,7 @@ impl<C: CandidateSearch> Neighborhood<'_, C> {
     ) -> bool {
         let here = self.positions[i];
         let everywhere = |_| true;
-        self.candidates.any_candidate(self.buckets, self.positions, i, everywhere, |j, there| {
+        self.candidates.any_candidate_near(self.buckets, self.positions, i, radius, everywhere, |j, there| {
             let r_ij = sub(*there, here);
             match T::within(dot(r_ij, r_ij), radius) {
                 Some(r) => {
@@ -184,7 +211,7 @@ impl<C: CandidateSearch> Neighborhood<'_, C> {
         wanted: impl Fn(usize) -> bool,
     ) -> bool {
         let here = self.positions[i];
-        self.candidates.any_candidate(self.buckets, self.positions, i, enter, |j, there| {
+        self.candidates.any_candidate_near(self.buckets, self.positions, i, radius, enter, |j, there| {
             wanted(j) && j != i && {
                 let r_ij = sub(*there, here);
                 T::within(dot(r_ij, r_ij), radius).is_some()

@@ -27,8 +27,8 @@ impl<C: CandidateSearch> CandidateSearch for Periodic<C> {
 
     const RELOCATES: bool = C::RELOCATES;
 
-    fn relocate(&mut self, positions: &[Vec3], team: Team<'_>) {
-        self.search.relocate(positions, team);
+    fn relocate(&mut self, buckets: &Buckets, positions: &[Vec3], team: Team<'_>) {
+        self.search.relocate(buckets, positions, team);
     }
 
     #[inline(always)]

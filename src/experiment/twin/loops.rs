@@ -128,7 +128,7 @@ impl<'a> Twin<'a> {
     /// Seconds of the copy, and of the loop along the relocated rows.
     fn walk_rows<T: DistanceTest>(&mut self) -> (f64, f64) {
         let began = Instant::now();
-        self.relocated.relocate(&self.positions, self.workers.scheduled());
+        self.relocated.relocate(&self.buckets, &self.positions, self.workers.scheduled());
         let relocation_s = began.elapsed().as_secs_f64();
         let began = Instant::now();
         let near =

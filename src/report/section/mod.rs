@@ -10,6 +10,7 @@ mod chunks;
 mod effects_cost;
 mod figure4;
 mod hard_cases;
+mod layouts;
 mod memory_order;
 mod particle_count;
 mod preconditioners;
@@ -61,6 +62,7 @@ const SECTIONS: [(&str, Section); 13] = [
     ("cg", cg::content),
     ("preconditioners", preconditioners::content),
     ("bucket-side", bucket_side::content),
+    ("layouts", layouts::content),
     ("twin", twin::content),
     ("effects-cost", effects_cost::content),
     ("accuracy-cost", accuracy_cost::content),
