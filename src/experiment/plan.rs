@@ -10,6 +10,7 @@ use crate::experiment::factors::{Factors, Usable};
 use crate::experiment::machine::{Topology, allowed_cpus};
 use crate::experiment::memory;
 use crate::experiment::observed::ObservedRun;
+use crate::experiment::peaks::PeaksRequest;
 use crate::experiment::record::{Stage, Variant, Window};
 use crate::experiment::rounds::RoundPlanner;
 use crate::experiment::selection::CellSettings;
@@ -88,6 +89,7 @@ pub enum Work {
     Observed(usize),
     Twin(TwinWork),
     Validation(ValidationRequest),
+    Peaks(PeaksRequest),
 }
 
 #[derive(Debug, Clone)]
@@ -141,7 +143,7 @@ impl PlannedTrial {
     pub fn cells(&self) -> usize {
         match &self.work {
             Work::Timed(timed) => timed.variants.len(),
-            Work::Observed(_) | Work::Twin(_) | Work::Validation(_) => 1,
+            Work::Observed(_) | Work::Twin(_) | Work::Validation(_) | Work::Peaks(_) => 1,
         }
     }
 

@@ -11,7 +11,10 @@ mod effects_cost;
 mod figure4;
 mod hard_cases;
 mod memory_order;
-mod particle_count;
+mod peaks;
+mod scaling;
+mod scaling_figure;
+
 mod table2;
 mod twin;
 mod validation;
@@ -51,12 +54,13 @@ impl Content {
 
 type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
 
-const SECTIONS: [(&str, Section); 12] = [
+const SECTIONS: [(&str, Section); 13] = [
     ("table2", table2::content),
     ("figure4", figure4::content),
     ("chunks", chunks::content),
     ("memory-order", memory_order::content),
-    ("particle-count", particle_count::content),
+    ("scaling-n", scaling::content),
+    ("particle-count", scaling::content_of_older),
     ("cg", cg::content),
     ("bucket-side", bucket_side::content),
     ("twin", twin::content),
@@ -88,6 +92,7 @@ fn plain(measured: &Measured, phases: &[CellPhase], id: &str) -> Content {
         content.tables.extend(tables);
         content.append(twin::content_of(measured, id));
         content.append(validation::content_of(measured, id));
+        content.append(peaks::content_of(measured, id));
     }
     content
 }
