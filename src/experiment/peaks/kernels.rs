@@ -4,8 +4,8 @@ use std::hint::black_box;
 
 use crate::base::dispatch::{Level, Work};
 
-/// Sums that are kept apart while an array is read: enough that no addition waits for the one before it.
-const READ_SUMS: usize = 32;
+/// Registers of sums that are kept apart while an array is read: enough that no addition waits for the one before it.
+const SUMS: usize = 8;
 /// Registers of products and sums that do not depend on one another. An instruction's latency times the instructions that
 /// start at once is eight to ten on the processors of these years.
 const CHAINS: usize = 12;
@@ -21,21 +21,34 @@ impl Work for Read<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn run(self, _: Level) -> f64 {
-        let mut sums = [0.0; READ_SUMS];
-        for _ in 0..self.passes {
-            let (chunks, rest) = black_box(self.array).as_chunks::<READ_SUMS>();
-            for chunk in chunks {
-                for (sum, value) in sums.iter_mut().zip(chunk) {
+    fn run(self, level: Level) -> f64 {
+        match level {
+            Level::Portable => sums::<2>(&self),
+            Level::Avx2 => sums::<4>(&self),
+            Level::Avx512 => sums::<8>(&self),
+        }
+    }
+}
+
+/// What is left over at the end of a pass has a sum of its own: indexed by how much that is, the others would not stay in
+/// registers.
+#[inline(always)]
+fn sums<const LANES: usize>(work: &Read) -> f64 {
+    let mut sums = [[0.0; LANES]; SUMS];
+    let mut others = 0.0;
+    for _ in 0..work.passes {
+        let (registers, rest) = black_box(work.array).as_chunks::<LANES>();
+        let (blocks, few) = registers.as_chunks::<SUMS>();
+        for block in blocks {
+            for (sum, register) in sums.iter_mut().zip(block) {
+                for (sum, value) in sum.iter_mut().zip(register) {
                     *sum += value;
                 }
             }
-            for (sum, value) in sums.iter_mut().zip(rest) {
-                *sum += value;
-            }
         }
-        sums.iter().sum()
+        others += few.iter().flatten().chain(rest).sum::<f64>();
     }
+    sums.iter().flatten().sum::<f64>() + others
 }
 
 /// McCalpin's triad, `a = b + s c`, again and again.

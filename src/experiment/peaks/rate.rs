@@ -72,7 +72,9 @@ mod tests {
         let last = *asked.last().unwrap();
         assert!(asked[asked.len() - 4..].iter().all(|&passes| passes == last));
         assert!((100..=300).contains(&last), "{asked:?}");
-        assert!([found.median, found.lowest, found.highest].iter().all(|rate| (rate / 8e4 - 1.0).abs() < 1e-12));
+        assert!(
+            [found.median, found.lowest, found.highest].iter().all(|rate| (rate / 8e4 - 1.0).abs() < 1e-12)
+        );
     }
 
     #[test]

@@ -26,9 +26,9 @@ fn finding(peaks: &Peaks) -> Option<String> {
     let (smallest, largest) = (reads.first()?, reads.last()?);
     let computing = peaks.peaks.iter().find(|peak| peak.kind == PeakKind::MultiplyAdd)?;
     Some(format!(
-        "On {} thread(s) the machine computes at most {:.1} GFLOP/s in double precision ({}), and reads {:.1} GB/s from \
+        "On {} the machine computes at most {:.1} GFLOP/s in double precision ({}), and reads {:.1} GB/s from \
          arrays of {} and {:.1} GB/s from arrays of {} a thread.",
-        peaks.threads,
+        threads(peaks),
         giga(computing),
         peaks.instructions,
         giga(smallest),
@@ -36,6 +36,13 @@ fn finding(peaks: &Peaks) -> Option<String> {
         giga(largest),
         size(largest.working_set_bytes),
     ))
+}
+
+fn threads(peaks: &Peaks) -> String {
+    match peaks.threads {
+        1 => "1 thread".to_string(),
+        count => format!("{count} threads"),
+    }
 }
 
 fn giga(peak: &Peak) -> f64 {
@@ -67,7 +74,7 @@ fn figure(measured: &Measured, found: &[&Peaks]) -> Figure {
                 label: None,
             };
             series.push(Series {
-                label: format!("{}, {} thread(s)", kind.name(), peaks.threads),
+                label: format!("{}, {}", kind.name(), threads(peaks)),
                 color,
                 line: if k == 0 { Line::Dashed } else { Line::Solid },
                 marker: markers[k.min(1)],

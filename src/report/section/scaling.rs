@@ -5,7 +5,7 @@ use anyhow::Result;
 use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
-use crate::report::measured::{Measured, Quantity, TimedCell, by_round, estimate, ratio};
+use crate::report::measured::{Measured, Pick, Quantity, TimedCell, by_round, estimate, ratio};
 use crate::report::section::scaling_figure::figure;
 use crate::report::section::{Content, how_measured, peaks};
 use crate::report::summary::CellPhase;
@@ -53,9 +53,9 @@ pub(super) struct Cost {
 }
 
 impl Cost {
-    /// In nanoseconds a fluid particle and step.
-    pub fn ns_a_fluid_particle(&self, step_s: Estimate) -> Estimate {
-        step_s.scaled(1e9 / self.fluid_particles.max(1) as f64)
+    /// In microseconds a fluid particle and step.
+    pub fn us_a_fluid_particle(&self, step_s: Estimate) -> Estimate {
+        step_s.scaled(1e6 / self.fluid_particles.max(1) as f64)
     }
 
     pub fn label(&self) -> String {
@@ -78,7 +78,6 @@ fn cost(measured: &Measured, id: &str, cell: &TimedCell) -> Option<Cost> {
     let windows = measured.windows(id, Stage::Paired, cell);
     let steps = windows.values().next()?.iter().flat_map(|window| &window.steps);
     let iterations: Vec<f64> = steps.map(|step| step.cg_iterations as f64).collect();
-    let of_group = outcome.samples.len();
     Some(Cost {
         particles: outcome.particles,
         fluid_particles: outcome.fluid_particles,
@@ -89,25 +88,22 @@ fn cost(measured: &Measured, id: &str, cell: &TimedCell) -> Option<Cost> {
         cg_s: estimate(&cg)?,
         cg_share: Estimate::of_rounds(&share)?,
         iterations: iterations.iter().sum::<f64>() / iterations.len() as f64,
-        bytes_a_particle: bytes(measured, id, cell, of_group)? as f64 / outcome.particles as f64,
+        bytes_a_particle: bytes(measured, id, cell)? as f64 / outcome.particles as f64,
         over_relocated: over_relocated.flatten(),
     })
 }
 
 /// Bytes of all columns of a cell's simulation.
-fn bytes(measured: &Measured, id: &str, cell: &TimedCell, variants: usize) -> Option<usize> {
-    let mut trials = measured.trials(id, Stage::Paired).map(|(_, trial)| trial);
-    let trial = trials.find(|trial| {
-        trial.subject == cell.subject
-            && trial.threads == cell.threads
-            && trial.outcome.is_some()
-            && trial.variants.len() == variants
-    })?;
-    let place = trial.variants.iter().position(|variant| *variant == cell.variant)?;
-    trial.outcome.as_ref()?.bytes.get(place).copied()
+fn bytes(measured: &Measured, id: &str, cell: &TimedCell) -> Option<usize> {
+    let trials = measured.trials(id, Stage::Paired).map(|(_, trial)| trial);
+    let mut found = trials.filter_map(|trial| {
+        let place = trial.variants.iter().position(|variant| cell.fits(trial, variant))?;
+        trial.outcome.as_ref()?.bytes.get(place).copied()
+    });
+    found.next()
 }
 
-/// What is measured in at least two sizes, from the smallest to the largest, a variant each.
+/// The costs of each variant, from the smallest scene to the largest.
 pub(super) fn by_variant(costs: &[Cost]) -> Vec<(String, Vec<&Cost>)> {
     let mut variants: Vec<(String, Vec<&Cost>)> = Vec::new();
     for cost in costs {
@@ -140,15 +136,15 @@ fn growth(costs: &[Cost]) -> Vec<String> {
             exponent(at(small), at(large))
         };
         Some(format!(
-            "{label}, from {} to {} particles: a fluid particle and step cost {} and {} ns outside CG, {} and {} ns in CG, \
+            "{label}, from {} to {} particles: a fluid particle and step cost {} and {} µs outside CG, {} and {} µs in CG, \
              which takes {:.1} and {:.1} iterations, {} and {} of the time. Outside CG a step grows as the particle count \
              to the power {:.2}, as a whole {:.2}.",
             small.particles,
             large.particles,
-            show(&small.ns_a_fluid_particle(small.non_cg_s), 0),
-            show(&large.ns_a_fluid_particle(large.non_cg_s), 0),
-            show(&small.ns_a_fluid_particle(small.cg_s), 0),
-            show(&large.ns_a_fluid_particle(large.cg_s), 0),
+            show(&small.us_a_fluid_particle(small.non_cg_s), 1),
+            show(&large.us_a_fluid_particle(large.non_cg_s), 1),
+            show(&small.us_a_fluid_particle(small.cg_s), 1),
+            show(&large.us_a_fluid_particle(large.cg_s), 1),
             small.iterations,
             large.iterations,
             show(&small.cg_share, 3),
@@ -183,32 +179,32 @@ fn gains(costs: &[Cost]) -> Vec<String> {
 
 fn table(costs: &[Cost]) -> TableView {
     let mut view = TableView::new(
-        "Time of a step, nanoseconds a fluid particle and step, memory and CG; median [95 % interval].",
+        "Time of a step, microseconds a fluid particle and step, memory and CG; median [95 % interval].",
         &[
             "particles",
             "of them fluid",
             "preset",
             "distance test",
             "step, ms",
-            "ns a fluid particle",
-            "outside CG, ns",
-            "in CG, ns",
+            "µs a fluid particle",
+            "outside CG, µs",
+            "in CG, µs",
             "CG iterations",
             "over relocation, outside CG",
             "bytes a particle",
         ],
     );
     for cost in costs {
-        let ns = |step_s| show(&cost.ns_a_fluid_particle(step_s), 0);
+        let us = |step_s| show(&cost.us_a_fluid_particle(step_s), 1);
         view.rows.push(vec![
             cost.particles.to_string(),
             cost.fluid_particles.to_string(),
             cost.preset.clone(),
             cost.test.clone(),
             show(&cost.total_s.scaled(1e3), 2),
-            ns(cost.total_s),
-            ns(cost.non_cg_s),
-            ns(cost.cg_s),
+            us(cost.total_s),
+            us(cost.non_cg_s),
+            us(cost.cg_s),
             format!("{:.1}", cost.iterations),
             show_or_none(cost.over_relocated, 3),
             format!("{:.0}", cost.bytes_a_particle),
