@@ -72,10 +72,12 @@ fn only_the_command_line_prints() {
 }
 
 #[test]
-fn unsafe_code_stands_in_three_small_modules() {
+fn unsafe_code_stands_in_few_small_modules() {
+    // Disjoint rows, a hint, and the call of what is compiled for instructions that were just found to be there.
+    let allowed = ["parallel.rs", "prefetch.rs", "dispatch.rs", "simd.rs"];
     for (path, text) in sources("") {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let allowed = ["parallel.rs", "prefetch.rs", "simd.rs"].contains(&name.as_str());
+        let allowed = allowed.contains(&name.as_str());
         let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
         let uses = code.filter(|line| line.contains("unsafe")).count();
         assert!(allowed || uses == 0, "{} has unsafe code", path.display());

@@ -17,7 +17,7 @@ use serde_json::Value;
 use workbook::{Cell, Workbook};
 
 /// The tables of an export, in their order.
-const TABLES: [&str; 15] = [
+const TABLES: [&str; 16] = [
     "claims",
     "table2",
     "figure4",
@@ -28,6 +28,7 @@ const TABLES: [&str; 15] = [
     "fronts",
     "twin",
     "validation",
+    "peaks",
     "effort",
     "experiments",
     "machine",

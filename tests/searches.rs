@@ -8,13 +8,16 @@ use repro::engine::search::aos_relocation::AosRelocation;
 use repro::engine::search::aosoa::Aosoa;
 use repro::engine::search::brute_force::BruteForce;
 use repro::engine::search::cell_list::CellList;
+use repro::engine::search::clusters::Clusters;
 use repro::engine::search::grid::{Buckets, Grid};
 use repro::engine::search::linked_list::LinkedList;
 use repro::engine::search::neighbor_list::{Moved, NeighborList};
 use repro::engine::search::periodic::Periodic;
 use repro::engine::search::soa::Soa;
 use repro::engine::search::sorted_particles::SortedParticles;
-use repro::engine::search::{CandidateSearch, DistanceTest, NONE, Neighborhood, RootFirst, SquaredFirst};
+use repro::engine::search::{
+    CandidateSearch, DistanceTest, Lengths, NONE, Neighborhood, Now, RootFirst, SquaredFirst,
+};
 
 const LARGEST_RADIUS: f64 = 0.31;
 
@@ -36,10 +39,14 @@ fn neighbors_in<C: CandidateSearch, T: DistanceTest>(
     workers: &Workers,
 ) -> Vec<Vec<usize>> {
     let grid = Grid::new(domain, LARGEST_RADIUS, reach).unwrap();
-    let mut candidates = C::new(&grid, positions.len());
+    let lengths = Lengths { particle_distance_m: 0.1, small_m: 0.21, large_m: LARGEST_RADIUS };
+    let mut candidates = C::new(&grid, lengths, positions.len());
     let mut buckets = Buckets { grid, of_particle: vec![NONE; positions.len()] };
     buckets.assign(&vec![Kind::Fluid; positions.len()], positions, Team::SERIAL);
-    candidates.build(&buckets, workers);
+    let kind = |&bucket: &u32| if bucket == NONE { Kind::Ghost } else { Kind::Fluid };
+    let kind: Vec<Kind> = buckets.of_particle.iter().map(kind).collect();
+    let now = Now { kind: &kind, position: positions, radius_m: LARGEST_RADIUS, walls_moved: false };
+    candidates.build(&buckets, now, workers);
     candidates.relocate(&buckets, positions, workers.scheduled());
     let near = Neighborhood { candidates: &candidates, buckets: &buckets, positions };
     (0..positions.len())
@@ -91,7 +98,10 @@ proptest! {
         for (name, found) in others {
             prop_assert_eq!(&list, &found, "{} must visit neighbours in the same order", name);
         }
-        prop_assert_eq!(sorted(list), truth);
+        prop_assert_eq!(&sorted(list), &truth);
+        // In an order of their own.
+        let clusters = neighbors::<Clusters, SquaredFirst>(&positions, radius, reach, &workers);
+        prop_assert_eq!(sorted(clusters), truth);
     }
 
     /// Periods so short that a particle meets some others twice, and from both sides.

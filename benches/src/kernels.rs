@@ -21,7 +21,7 @@ use repro::engine::search::linked_list::LinkedList;
 use repro::engine::search::neighbor_list::NeighborList;
 use repro::engine::search::soa::Soa;
 use repro::engine::search::sorted_particles::SortedParticles;
-use repro::engine::search::{CandidateSearch, NONE, SquaredFirst};
+use repro::engine::search::{CandidateSearch, NONE, SquaredFirst, Now};
 use repro::engine::stage::State;
 use repro::engine::viscous_stages;
 use repro::scene::library;
@@ -49,7 +49,7 @@ impl Scene {
         let mut particles = Particles::new(&self.particles, &self.workers);
         particles.add_pressure_columns(&self.particles, &self.workers);
         let (workers, time_step_s) = (Arc::clone(&self.workers), self.parameters.time_step_s);
-        let mut state = State::<C>::new(particles, self.grid(), workers, time_step_s);
+        let mut state = State::<C>::new(particles, self.grid(), self.parameters.lengths(), workers, time_step_s);
         state.refresh(&mut NoProbe).unwrap();
         state
     }
@@ -61,9 +61,11 @@ fn search<C: CandidateSearch + 'static>(criterion: &mut Criterion, scene: &Scene
     let columns = Particles::new(particles, workers);
     let mut buckets = Buckets { grid: scene.grid(), of_particle: vec![NONE; particles.len()] };
     buckets.assign(&columns.kind, &columns.position, workers.scheduled());
-    let mut candidates = C::new(&buckets.grid, particles.len());
+    let mut candidates = C::new(&buckets.grid, parameters.lengths(), particles.len());
     let mut group = criterion.benchmark_group(name);
-    group.bench_function("bucket_build", |b| b.iter(|| candidates.build(&buckets, workers)));
+    let radius_m = parameters.largest_radius_m();
+    let now = Now { kind: &columns.kind, position: &columns.position, radius_m, walls_moved: false };
+    group.bench_function("bucket_build", |b| b.iter(|| candidates.build(&buckets, now, workers)));
     if candidates.relocates() {
         let mut relocate = || candidates.relocate(&buckets, &columns.position, workers.scheduled());
         group.bench_function("relocation", |b| b.iter(&mut relocate));

@@ -1,5 +1,6 @@
 //! Pure helpers without any knowledge of particles: small vectors, statistics, parallel loops, files and input errors.
 
+pub mod dispatch;
 pub mod files;
 pub mod input;
 pub mod parallel;

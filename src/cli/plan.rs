@@ -180,6 +180,7 @@ fn trials(plan: &Plan) -> Vec<ShownTrial> {
                 Work::Observed(run) => vec![experiment.runs[*run].run.id.clone()],
                 Work::Twin(work) => vec![work.cell.label()],
                 Work::Validation(request) => vec![request.case.clone()],
+                Work::Peaks(_) => vec!["peaks".to_string()],
             };
             trials.push(ShownTrial {
                 experiment: experiment.spec.id.clone(),

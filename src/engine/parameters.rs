@@ -19,6 +19,7 @@ use crate::engine::effects::wall_contact::WallContact;
 use crate::engine::effects::wall_motion::WallMotion;
 use crate::engine::kernel::{Dimensions, Reference};
 use crate::engine::pressure::Pressure;
+use crate::engine::search::Lengths;
 
 /// Everything that does not change while a simulation runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -176,6 +177,15 @@ impl Parameters {
         let colour_m = self.effects.surface_tension.map_or(0.0, |tension| tension.radius_m(self));
         let radii = [self.number_density_radius_m(), self.gradient_radius_m(), self.laplacian_radius_m()];
         radii.into_iter().chain([attraction_m, colour_m]).fold(contact_m, f64::max)
+    }
+
+    /// What a neighbour search is asked for.
+    pub fn lengths(&self) -> Lengths {
+        Lengths {
+            particle_distance_m: self.particle_distance_m,
+            small_m: self.number_density_radius_m().max(self.gradient_radius_m()),
+            large_m: self.largest_radius_m(),
+        }
     }
 
     /// The reference sums `n0` and `lambda` for a radius in metres.

@@ -359,11 +359,7 @@ fn composed<C: OwnStages, T: DistanceTest>(
         particles.add_groups(start.particles, &workers);
     }
     viscous_stages::add_columns(&mut particles, parameters, &workers);
-    let lengths = Lengths {
-        particle_distance_m: parameters.particle_distance_m,
-        small_m: parameters.number_density_radius_m().max(parameters.gradient_radius_m()),
-        large_m: parameters.largest_radius_m(),
-    };
+    let lengths = parameters.lengths();
     let search = search(&grid, lengths, particles.len());
     let mut state = State::with_search(search, particles, grid, lengths, workers, parameters.time_step_s);
     state.step = start.steps_done;

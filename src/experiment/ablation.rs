@@ -130,6 +130,7 @@ impl Ablation<'_> {
             observed: Some(Observed { rounds }),
             twin: None,
             validation: None,
+            peaks: None,
         };
         let experiment = Experiment {
             schema: SCHEMA,

@@ -11,6 +11,7 @@ use crate::experiment::child::{self, Ended, Ending};
 use crate::experiment::gate::cpu_pressure;
 use crate::experiment::interrupt;
 use crate::experiment::observe::ObserveRequest;
+use crate::experiment::peaks;
 use crate::experiment::plan::{Plan, PlannedRound, PlannedTrial, TimedWork, Work};
 use crate::experiment::record::{RoundRecord, SCHEMA, Stage, StateDigest, Status, TrialRecord};
 use crate::experiment::run::now_utc;
@@ -71,7 +72,7 @@ fn needed_states(plan: &Plan, folder: &Path, failed: Failed) -> Result<BTreeSet<
         let groups = round.trials.iter().filter_map(|trial| match &trial.work {
             Work::Timed(timed) if round.stage == Stage::Paired => Some(timed.group),
             Work::Twin(work) => Some(work.group),
-            Work::Timed(_) | Work::Observed(_) | Work::Validation(_) => None,
+            Work::Timed(_) | Work::Observed(_) | Work::Validation(_) | Work::Peaks(_) => None,
         });
         needed.extend(groups.map(|group| experiment.groups[group].states));
     }
@@ -252,6 +253,9 @@ impl<'a> Execution<'a> {
             Work::Validation(request) => {
                 (request.case.clone(), Vec::new(), Ok(TrialRequest::Validation(request.clone())))
             }
+            Work::Peaks(request) => {
+                (peaks::SUBJECT.to_string(), Vec::new(), Ok(TrialRequest::Peaks(request.clone())))
+            }
         };
         let limit = match experiment.spec.time_limit_s {
             Some(limit_s) => Duration::from_secs_f64(limit_s),
@@ -280,6 +284,7 @@ impl<'a> Execution<'a> {
             observation: None,
             twin,
             validated: None,
+            peaks: None,
         };
         record.take(ending, request.as_ref().ok(), limit);
         Ok((record, complaint))
@@ -380,6 +385,7 @@ impl TrialRecord {
             TrialRequest::Timed(_) => self.outcome = Some(serde_json::from_slice(answer)?),
             TrialRequest::Observed(_) => self.observation = Some(serde_json::from_slice(answer)?),
             TrialRequest::Validation(_) => self.validated = Some(serde_json::from_slice(answer)?),
+            TrialRequest::Peaks(_) => self.peaks = Some(serde_json::from_slice(answer)?),
             TrialRequest::Twin(request) => {
                 let answer = TwinAnswer::parse(answer, request.asked())?;
                 self.twin.as_mut().context("no twin was asked for it")?.answer = Some(answer);

@@ -8,6 +8,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use crate::experiment::factors::Usable;
 use crate::experiment::foreign;
 use crate::experiment::observed::ObservedRun;
+use crate::experiment::peaks;
 use crate::experiment::progress::{StageProgress, progress};
 use crate::experiment::record::{
     FrontSample, Observation, Outcome, RoundRecord, Stage, Status, TrialRecord, Variant, WindowSample,
@@ -138,7 +139,16 @@ pub(super) fn planned_cells(
             };
             experiment.validation.iter().flat_map(|v| v.cases()).map(cell).collect()
         }
-        Stage::Observed | Stage::Twin | Stage::Validation => Vec::new(),
+        Stage::Peaks if measurement.peaks.is_some() => {
+            let cell = |threads: usize| Cell {
+                subject: peaks::SUBJECT.to_string(),
+                threads,
+                variants: Some(Vec::new()),
+                rust_twin: None,
+            };
+            peaks::thread_counts(usable).into_iter().map(cell).collect()
+        }
+        Stage::Observed | Stage::Twin | Stage::Validation | Stage::Peaks => Vec::new(),
     }
 }
 
@@ -217,7 +227,7 @@ impl TrialRecord {
         let (timed, observed) = (self.outcome.is_some(), self.observation.is_some());
         let expected = match (self.status, stage) {
             (Status::Ok, Stage::Observed) => (false, true),
-            (Status::Ok, Stage::Twin | Stage::Validation) => (false, false),
+            (Status::Ok, Stage::Twin | Stage::Validation | Stage::Peaks) => (false, false),
             (Status::Ok, _) => (true, false),
             _ => (false, false),
         };

@@ -10,7 +10,7 @@ const EXPERIMENTS: [(&str, &str); 18] = [
     ("table2", include_str!("../../experiments/table2.toml")),
     ("figure4", include_str!("../../experiments/figure4.toml")),
     ("memory-order", include_str!("../../experiments/memory-order.toml")),
-    ("particle-count", include_str!("../../experiments/particle-count.toml")),
+    ("scaling-n", include_str!("../../experiments/scaling-n.toml")),
     ("chunks", include_str!("../../experiments/chunks.toml")),
     ("cg", include_str!("../../experiments/cg.toml")),
     ("preconditioners", include_str!("../../experiments/preconditioners.toml")),

@@ -3,7 +3,7 @@
 //! `spec` says what an experiment asks, with `factors` for timed cells, `observed` and `sweep` for runs to look at; `plan`
 //! turns it into rounds of trials; `execute` runs them, each in a `child`, which does what `trial` or `observe`
 //! says; `record` is what they leave behind, and `run` the folder that it is left in. `cluster` spreads rounds over nodes;
-//! `twin` is a kind of trial of its own. A run folder may come from anywhere: `foreign` reads it safely, `fit` holds it to
+//! `twin` and `peaks` are kinds of trials of their own. A run folder may come from anywhere: `foreign` reads it safely, `fit` holds it to
 //! its own plan.
 
 pub mod ablation;
@@ -23,6 +23,7 @@ pub mod memory;
 pub mod memory_order;
 pub mod observe;
 pub mod observed;
+pub mod peaks;
 pub mod pinning;
 pub mod placement;
 pub mod plan;

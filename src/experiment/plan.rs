@@ -10,6 +10,7 @@ use crate::experiment::factors::{Factors, Usable};
 use crate::experiment::machine::{Topology, allowed_cpus};
 use crate::experiment::memory;
 use crate::experiment::observed::ObservedRun;
+use crate::experiment::peaks::PeaksRequest;
 use crate::experiment::record::{Stage, Variant, Window};
 use crate::experiment::rounds::RoundPlanner;
 use crate::experiment::selection::CellSettings;
@@ -88,6 +89,7 @@ pub enum Work {
     Observed(usize),
     Twin(TwinWork),
     Validation(ValidationRequest),
+    Peaks(PeaksRequest),
 }
 
 #[derive(Debug, Clone)]
@@ -141,7 +143,7 @@ impl PlannedTrial {
     pub fn cells(&self) -> usize {
         match &self.work {
             Work::Timed(timed) => timed.variants.len(),
-            Work::Observed(_) | Work::Twin(_) | Work::Validation(_) => 1,
+            Work::Observed(_) | Work::Twin(_) | Work::Validation(_) | Work::Peaks(_) => 1,
         }
     }
 
@@ -192,7 +194,7 @@ impl Group {
             |sets: &[String]| library::load(&spec.scene, sets).map_err(|error| error.in_experiment(&spec.id));
         let scene = load(&sets)?;
         let (variants, initial) = (spec.variants(factors), scene.particles(&spec.scene)?);
-        for variant in &variants {
+        for variant in variants.iter().filter(|variant| !variant.scene_changes.is_empty()) {
             let changed = load(&[&sets[..], &variant.scene_changes].concat())?;
             let same = changed.particles(&spec.scene)? == initial
                 && changed.parameters(&initial).domain == scene.parameters(&initial).domain;
@@ -200,7 +202,9 @@ impl Group {
                 "variants of a group start from the same states: it may change effects and time step alone";
             Check { file: &spec.id }.require(same, "scheme", format!("`{}`", variant.scheme), allowed)?;
         }
-        scene.require_memory(&spec.scene, variants.len() + 1, memory::available_bytes())?;
+        let available = memory::available_bytes();
+        // States on their way to the variants take far less than a simulation does, which the estimate is generous about.
+        scene.require_memory_of(&spec.scene, initial.len() as f64, variants.len(), available)?;
         let (applicable, not_applicable): (Vec<usize>, Vec<usize>) =
             factors.thread_counts(usable).into_iter().partition(|&count| count <= usable.threads);
         let measured = |threads: usize| {

@@ -20,6 +20,7 @@ use crate::engine::pressure::values::MatrixValues;
 use crate::experiment::foreign;
 use crate::experiment::machine::Noise;
 use crate::experiment::memory_order::MemoryOrder;
+use crate::experiment::peaks::Peaks;
 use crate::experiment::quantity::Quantity;
 use crate::experiment::twin::outcome::TwinOutcome;
 use crate::experiment::validation::Validated;
@@ -332,6 +333,9 @@ pub struct TrialRecord {
     /// What a validating case found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validated: Option<Validated>,
+    /// What the machine reached.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peaks: Option<Peaks>,
 }
 
 /// Which kind of trial a round holds.
@@ -350,11 +354,20 @@ pub enum Stage {
     Twin,
     /// Cases with known answers, one a process.
     Validation,
+    /// What the machine moves and computes at most, a number of threads a process.
+    Peaks,
 }
 
 impl Stage {
-    pub const ALL: [Stage; 6] =
-        [Stage::States, Stage::Whole, Stage::Paired, Stage::Observed, Stage::Twin, Stage::Validation];
+    pub const ALL: [Stage; 7] = [
+        Stage::States,
+        Stage::Whole,
+        Stage::Paired,
+        Stage::Observed,
+        Stage::Twin,
+        Stage::Validation,
+        Stage::Peaks,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -364,6 +377,7 @@ impl Stage {
             Stage::Observed => "observed",
             Stage::Twin => "twin",
             Stage::Validation => "validation",
+            Stage::Peaks => "peaks",
         }
     }
 }
@@ -427,6 +441,11 @@ impl RoundRecord {
                 let found =
                     trial.validated.as_ref().with_context(|| format!("{name}: a trial of no case"))?;
                 found.check().with_context(|| format!("{name}"))?;
+                continue;
+            }
+            if record.stage == Stage::Peaks {
+                let peaks = trial.peaks.as_ref().with_context(|| format!("{name}: a trial without peaks"))?;
+                peaks.check().with_context(|| format!("{name}"))?;
                 continue;
             }
             let outcome =

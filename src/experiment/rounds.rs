@@ -7,7 +7,7 @@ use crate::experiment::plan::{PlannedExperiment, PlannedRound, PlannedRun, Plann
 use crate::experiment::record::{Stage, Variant, Window};
 use crate::experiment::spec::{Mode, Paired, Whole};
 use crate::experiment::states::States;
-use crate::experiment::{twin, validation};
+use crate::experiment::{peaks, twin, validation};
 
 /// Makes the rounds of one experiment.
 pub struct RoundPlanner<'a> {
@@ -34,7 +34,7 @@ impl RoundPlanner<'_> {
             let answer = self.states[group.states].variant();
             let can_save = |trial: &&mut PlannedTrial| match &trial.work {
                 Work::Timed(timed) => timed.group == k && timed.variants[0].has_answer_of(&answer),
-                Work::Observed(_) | Work::Twin(_) | Work::Validation(_) => false,
+                Work::Observed(_) | Work::Twin(_) | Work::Validation(_) | Work::Peaks(_) => false,
             };
             let first = rounds.first_mut().and_then(|round| round.trials.iter_mut().find(can_save));
             match first.map(|trial| &mut trial.work) {
@@ -50,6 +50,7 @@ impl RoundPlanner<'_> {
         }
         rounds.extend(validation::round(self.experiment, self.index, mode));
         rounds.extend(twin::plan::rounds(self.experiment, self.index, mode, usable, self.calibration));
+        rounds.extend(peaks::round(self.experiment, self.index, mode, usable));
         rounds.retain(|round| !round.trials.is_empty());
         rounds
     }

@@ -12,6 +12,7 @@ use crate::base::input::{Check, InputError};
 use crate::experiment::factors::Factors;
 use crate::experiment::gate::Gate;
 use crate::experiment::observed::{Case, ObservedRun, Scheme};
+use crate::experiment::peaks::PeaksMeasurement;
 use crate::experiment::record::{Stage, Variant};
 use crate::experiment::selection::{CellSettings, Exclusion, Selection};
 use crate::experiment::stopping::Rounds;
@@ -136,6 +137,9 @@ pub struct Measurement {
     pub observed: Option<Observed>,
     pub twin: Option<TwinMeasurement>,
     pub validation: Option<ValidationMeasurement>,
+    /// What the machine can do at most, for roofs above what phases reach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peaks: Option<PeaksMeasurement>,
 }
 
 /// Whole runs, one variant a process.
@@ -291,7 +295,7 @@ impl Experiment {
         let allowed = "`validation` and the table `[validation]` belong together";
         check.require(!validation || self.validation.is_some(), &key("validation"), validation, allowed)?;
         check.require(
-            timed || twin || validation || !runs.is_empty(),
+            timed || twin || validation || measurement.peaks.is_some() || !runs.is_empty(),
             &key("paired"),
             "missing",
             "a mode must measure something",
@@ -354,6 +358,7 @@ impl Experiment {
             Stage::Observed => measurement.observed.as_ref().map(|observed| Rounds::Fixed(observed.rounds)),
             Stage::Validation => measurement.validation.map(|_| Rounds::Fixed(1)),
             Stage::Twin => measurement.twin.as_ref().map(|twin| Rounds::Fixed(twin.rounds)),
+            Stage::Peaks => measurement.peaks.map(|_| Rounds::Fixed(1)),
         }
     }
 
@@ -404,6 +409,7 @@ impl Measurement {
         for (name, count) in found {
             check.require((1..=10_000).contains(&count), &key(name), count, counts)?;
         }
+        self.peaks.map_or(Ok(()), |peaks| peaks.check(check, mode.name()))?;
         self.twin.map_or(Ok(()), |twin| twin.check(check, mode.name()))
     }
 }

@@ -19,6 +19,7 @@ use crate::engine::simulation::{self, Simulation, Start, StepReport};
 use crate::experiment::interrupt;
 use crate::experiment::machine::Noise;
 use crate::experiment::observe::{self, ObserveRequest};
+use crate::experiment::peaks::{self, PeaksRequest};
 use crate::experiment::pinning::pin_order;
 use crate::experiment::record::{
     Outcome, PhaseSample, StateDigest, StepSample, Variant, Window, WindowSample,
@@ -36,6 +37,7 @@ pub enum TrialRequest {
     Observed(ObserveRequest),
     Twin(TwinRequest),
     Validation(ValidationRequest),
+    Peaks(PeaksRequest),
 }
 
 /// Which steps to compute in which ways.
@@ -68,6 +70,7 @@ pub fn run(request: &TrialRequest) -> Result<Vec<u8>> {
         TrialRequest::Observed(request) => serde_json::to_vec(&observe::run(request)?)?,
         TrialRequest::Twin(request) => twin::run(request)?,
         TrialRequest::Validation(request) => serde_json::to_vec(&validation::run(request)?)?,
+        TrialRequest::Peaks(request) => serde_json::to_vec(&peaks::measure(request)?)?,
     })
 }
 

@@ -17,6 +17,7 @@ pub mod model;
 pub mod noise;
 pub mod observations;
 pub mod page;
+pub mod peaks;
 pub mod picture;
 pub mod published;
 pub mod samples;

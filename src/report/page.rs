@@ -20,7 +20,7 @@ use crate::report::measured::Measured;
 use crate::report::section::{self, Content};
 use crate::report::summary::{CellPhase, cell_phases, summary};
 use crate::report::table::{TableView, show};
-use crate::report::{compared, markdown, noise, observations, samples, twin, validation};
+use crate::report::{compared, markdown, noise, observations, peaks, samples, twin, validation};
 
 /// Width of the PNGs, pixels.
 pub const PNG_WIDTH: u32 = 1600;
@@ -139,6 +139,7 @@ pub fn write(folder: &Path) -> Result<Written> {
     observations::write(&measured, folder)?;
     twin::write(&measured, folder)?;
     validation::write(&measured, folder)?;
+    peaks::write(&measured, folder)?;
     write_machine(&measured.machine, folder)?;
     let judged = judge_all(&measured);
     samples::write_csv(&folder.join("claims.csv"), &claim_rows(&measured, &judged))?;
@@ -166,7 +167,7 @@ fn file_names(folder: &Path, sections: &[Section]) -> Vec<String> {
     let figures = sections.iter().flat_map(|section| &section.figures);
     files.extend(figures.flat_map(|f| ["svg", "png"].map(|kind| format!("figures/{}.{kind}", f.file))));
     let data = ["summary.csv", "samples.csv", "steps.csv", "observations.csv", "fronts.csv", "twin.csv"];
-    let more = ["validation.csv", "effort.csv", "machine.json", "machine.csv"];
+    let more = ["validation.csv", "peaks.csv", "effort.csv", "machine.json", "machine.csv"];
     files.extend(data.into_iter().chain(more).map(String::from));
     files.retain(|file| file.starts_with("report.") || folder.join(file).is_file());
     files

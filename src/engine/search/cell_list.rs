@@ -74,13 +74,13 @@ impl CellList {
 }
 
 impl CandidateSearch for CellList {
-    fn new(grid: &Grid, lengths: Lengths, count: usize) -> Self {
+    fn new(grid: &Grid, _lengths: Lengths, count: usize) -> Self {
         CellList { start: vec![0; grid.len() + 1], index: vec![0; count], met: vec![0; grid.len()] }
     }
 
     /// A counting sort. Each worker looks at all particles, twice, and counts and places those of its own share of the
     /// buckets: nothing depends on how many workers there are.
-    fn build(&mut self, buckets: &Buckets, now: Now<'_>, workers: &Workers) {
+    fn build(&mut self, buckets: &Buckets, _now: Now<'_>, workers: &Workers) {
         let team = workers.shared_evenly();
         team.fill(Rows::new(&mut self.met), |mine, met| {
             met.fill(0);

@@ -51,7 +51,8 @@ fn floor(jitter: f64) -> State<Periodic<LinkedList>> {
     let parameters = parameters();
     let workers = Arc::new(Workers::new(1, Schedule::Static, &[]).unwrap());
     let grid = Grid::new(parameters.domain, parameters.largest_radius_m(), 1).unwrap();
-    let mut state = State::new(Particles::new(&particles, &workers), grid, workers, 1e-3);
+    let mut state =
+        State::new(Particles::new(&particles, &workers), grid, parameters.lengths(), workers, 1e-3);
     state.refresh(&mut NoProbe).unwrap();
     state
 }

@@ -9,6 +9,7 @@ use anyhow::{Result, bail, ensure};
 use crate::experiment::calibration::Calibration;
 use crate::experiment::cluster::blocks::Block;
 use crate::experiment::cluster::submission::plan_of;
+use crate::experiment::peaks;
 use crate::experiment::plan::{Plan, PlannedRound, PlannedTrial, TimedWork, Work};
 use crate::experiment::progress::progress;
 use crate::experiment::record::{RoundRecord, Stage, StateDigest, Status, TrialRecord};
@@ -90,6 +91,7 @@ fn is_of(
         }
         Work::Twin(work) => trial.subject == work.cell.label() && trial.variants.is_empty(),
         Work::Validation(request) => trial.subject == request.case && trial.variants.is_empty(),
+        Work::Peaks(_) => trial.subject == peaks::SUBJECT && trial.variants.is_empty(),
     };
     same && trial.position == position && trial.threads == planned.threads
 }

@@ -13,7 +13,9 @@ use crate::engine::preset::Test;
 use crate::engine::search::aos_relocation::AosRelocation;
 use crate::engine::search::grid::{Buckets, Grid};
 use crate::engine::search::linked_list::LinkedList;
-use crate::engine::search::{CandidateSearch, DistanceTest, NONE, Neighborhood, RootFirst, SquaredFirst};
+use crate::engine::search::{
+    CandidateSearch, DistanceTest, Lengths, NONE, Neighborhood, Now, RootFirst, SquaredFirst,
+};
 use crate::experiment::interrupt;
 use crate::experiment::twin::outcome::{TwinAnswer, TwinPass};
 
@@ -76,11 +78,15 @@ impl<'a> Twin<'a> {
             *position = particle.position;
         }
         let kinds: Vec<Kind> = particles.iter().map(|particle| particle.kind).collect();
-        let (mut list, mut relocated) = (LinkedList::new(&grid, count), AosRelocation::new(&grid, count));
+        let (radius_m, side_m) = (geometry.radius_m, geometry.bucket_side_m);
+        let lengths = Lengths { particle_distance_m: side_m, small_m: radius_m, large_m: side_m };
+        let (mut list, mut relocated) =
+            (LinkedList::new(&grid, lengths, count), AosRelocation::new(&grid, lengths, count));
         let mut buckets = Buckets { grid, of_particle: workers.column(count, NONE) };
         buckets.assign(&kinds, &positions, workers.scheduled());
-        list.build(&buckets, workers);
-        relocated.build(&buckets, workers);
+        let now = Now { kind: &kinds, position: &positions, radius_m, walls_moved: false };
+        list.build(&buckets, now, workers);
+        relocated.build(&buckets, now, workers);
         Ok(Twin {
             workers,
             radius_m: geometry.radius_m,

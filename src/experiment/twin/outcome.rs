@@ -229,6 +229,7 @@ mod tests {
             observation: None,
             twin: Some(TwinOutcome { cell, build: None, answer: Some(answer) }),
             validated: None,
+            peaks: None,
         }
     }
 

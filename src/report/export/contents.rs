@@ -14,7 +14,7 @@ use crate::report::export::value::Value;
 use crate::report::measured::Measured;
 use crate::report::summary::{cell_phases, summary};
 use crate::report::table::table2_rows;
-use crate::report::{effort, observations, page, samples, twin, validation};
+use crate::report::{effort, observations, page, peaks, samples, twin, validation};
 
 /// Every table of [`dictionary::TABLES`] of the run in `folder`, in that order; one without a row is a header alone.
 pub fn sheets(measured: &Measured, folder: &Path) -> Result<Vec<Sheet>> {
@@ -33,6 +33,7 @@ pub fn sheets(measured: &Measured, folder: &Path) -> Result<Vec<Sheet>> {
         Sheet::of(&dictionary::FRONTS, &observations::front_rows(measured))?,
         Sheet::of(&dictionary::TWIN, &twin::rows(measured))?,
         Sheet::of(&dictionary::VALIDATION, &validation::rows(measured))?,
+        Sheet::of(&dictionary::PEAKS, &peaks::rows(measured))?,
         Sheet::of(&dictionary::EFFORT, &effort::rows(measured, &efforts, &judged))?,
         Sheet::of(&dictionary::EXPERIMENTS, &experiment_rows(&measured.info))?,
         machine(measured),

@@ -369,6 +369,39 @@ pub static VALIDATION: Table = Table {
     ],
 };
 
+pub static PEAKS: Table = Table {
+    name: "peaks",
+    title: "Peaks",
+    description: "A row a loop and number of threads: what the machine moves and computes at most.",
+    columns: &[
+        SCHEMA_VERSION,
+        RUN_ID,
+        MODE,
+        EXPERIMENT,
+        THREADS_REQUESTED,
+        text("instructions", "What the loops were compiled for: portable, avx2+fma or avx512f."),
+        text(
+            "kind",
+            "read: the sum of an array; triad: a = b + s c, two arrays read and one written; multiply_add: in registers.",
+        ),
+        integer(
+            "working_set_bytes",
+            "bytes",
+            "What each thread goes through again and again; 0 for registers.",
+        ),
+        text("unit", "The unit of the rates."),
+        number("median", "1e9/s", "Bytes or operations of all threads together, median of the repetitions."),
+        number("lowest", "1e9/s", "The lowest repetition."),
+        number("highest", "1e9/s", "The highest repetition."),
+        integer("repetitions", "1", "How often each loop was timed."),
+        STATUS,
+        REASON,
+        STARTED,
+        MACHINE_ID,
+        SOURCE_HASH,
+    ],
+};
+
 pub static EFFORT: Table = Table {
     name: "effort",
     title: "Effort",
@@ -439,7 +472,7 @@ pub static DICTIONARY: Table = Table {
 };
 
 /// Every table, in the order in which a reader wants them.
-pub static TABLES: [&Table; 15] = [
+pub static TABLES: [&Table; 16] = [
     &CLAIMS,
     &TABLE2,
     &FIGURE4,
@@ -450,6 +483,7 @@ pub static TABLES: [&Table; 15] = [
     &FRONTS,
     &TWIN,
     &VALIDATION,
+    &PEAKS,
     &EFFORT,
     &EXPERIMENTS,
     &MACHINE,

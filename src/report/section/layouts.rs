@@ -6,7 +6,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Bar, BarGroup, BarPanel, Figure, Panel};
-use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, ratio, times};
 use crate::report::section::{Content, how_measured};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show};
@@ -68,7 +68,7 @@ fn search(measured: &Measured, cell: &TimedCell, state: usize) -> Option<Search>
         seconds.into_iter().map(|(round, s)| (round, 1e3 * s)).collect()
     };
     let list = cell.with_preset(Preset::PAPER_LINKED_LIST);
-    let of = |quantity| estimate(&time(cell, quantity));
+    let of = |quantity| times(&time(cell, quantity));
     let gain = |quantity| ratio(&time(&list, quantity), &time(cell, quantity));
     Some(Search {
         name: in_words(&cell.variant.preset),
@@ -143,7 +143,7 @@ impl Setting {
                 search.build.median,
                 search.total.median - search.cg.median - search.build.median,
             ],
-            interval: search.total.interval.map(|i| (i.low, i.high)),
+            interval: search.total.bounds().map(|i| (i.low, i.high)),
             published: false,
         };
         BarPanel {
@@ -164,7 +164,7 @@ fn figure(measured: &Measured, settings: &[Setting]) -> Figure {
         title: "Neighbour searches that compute the same bits".to_string(),
         description: "Stacked bars of the milliseconds a step in CG, for buckets with what is made of them, and for all \
                       else, a bar a search; on one thread and on all, from a state in the lattice's order and from one \
-                      in which particles have mixed. 95 % intervals of the total."
+                      in which particles have mixed. Bars span all rounds of the total."
             .to_string(),
         panels: settings.iter().map(|setting| Panel::Bars(setting.panel())).collect(),
         note: measured.stamp(),
@@ -173,7 +173,7 @@ fn figure(measured: &Measured, settings: &[Setting]) -> Figure {
 
 fn table(settings: &[Setting]) -> TableView {
     let mut view = TableView::new(
-        "Milliseconds a step, and how often the search's time goes into the linked list's, median [95 % interval].",
+        "Milliseconds a step, and how often the search's time goes into the linked list's: times with (smallest to largest round), ratios with [95 % interval].",
         &[
             "threads",
             "state after step",

@@ -12,8 +12,10 @@ mod figure4;
 mod hard_cases;
 mod layouts;
 mod memory_order;
-mod particle_count;
+mod peaks;
 mod preconditioners;
+mod scaling;
+mod scaling_figure;
 mod table2;
 mod twin;
 mod validation;
@@ -53,12 +55,13 @@ impl Content {
 
 type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
 
-const SECTIONS: [(&str, Section); 13] = [
+const SECTIONS: [(&str, Section); 15] = [
     ("table2", table2::content),
     ("figure4", figure4::content),
     ("chunks", chunks::content),
     ("memory-order", memory_order::content),
-    ("particle-count", particle_count::content),
+    ("scaling-n", scaling::content),
+    ("particle-count", scaling::content_of_older),
     ("cg", cg::content),
     ("preconditioners", preconditioners::content),
     ("bucket-side", bucket_side::content),
@@ -92,6 +95,7 @@ fn plain(measured: &Measured, phases: &[CellPhase], id: &str) -> Content {
         content.tables.extend(tables);
         content.append(twin::content_of(measured, id));
         content.append(validation::content_of(measured, id));
+        content.append(peaks::content_of(measured, id));
     }
     content
 }

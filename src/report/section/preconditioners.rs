@@ -6,7 +6,7 @@ use crate::base::statistics::Estimate;
 use crate::engine::pressure::preconditioner::Preconditioning;
 use crate::experiment::record::Stage;
 use crate::report::chart::{Figure, Line, Marker, Panel, Scale, Series, XyPanel};
-use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, estimate, ratio};
+use crate::report::measured::{ByRound, Measured, Quantity, TimedCell, ratio, times};
 use crate::report::section::{Content, automatic, categories, how_measured, point, side_by_side};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show, show_or_none};
@@ -119,13 +119,11 @@ impl Solves<'_> {
                 bands: Vec::new(),
             })
         };
-        let iterations = |_: &str, cell: &TimedCell| {
-            Some(Estimate { median: self.iterations(cell)?, interval: None, samples: 1 })
-        };
+        let iterations = |_: &str, cell: &TimedCell| Some(Estimate::single(self.iterations(cell)?));
         Figure {
             title: "Preconditioners of the pressure solve".to_string(),
             description: "Iterations a step, and time in CG over that of plain CG with values in f64, by preconditioner, \
-                          number of particles and precision of the matrix; 95 % intervals."
+                          number of particles and precision of the matrix; bars span all rounds."
                 .to_string(),
             panels: vec![
                 panel("iterations", "iterations a step", &iterations),
@@ -150,7 +148,7 @@ impl Solves<'_> {
                     name.to_string(),
                     values.to_string(),
                     self.iterations(cell).map_or("none".to_string(), |mean| format!("{mean:.1}")),
-                    show_or_none(estimate(&self.time(cell)), 2),
+                    show_or_none(times(&self.time(cell)), 2),
                     show_or_none(self.over_plain(&group, cell), 3),
                 ]);
             }

@@ -233,17 +233,32 @@ impl Scene {
     pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
         let single = (self.geometry.particle.len() + self.reserve()) as f64;
         let points = self.geometry.lattice_points(&self.placement(file)) + single;
+        let there = Check { file };
+        let allowed = format!("its lattice would have {points:.0} points: raise it, or shrink `domain`");
+        let few = points <= MAX_LATTICE_POINTS as f64;
+        there.require(few, "particle_distance_m", self.particle_distance_m, allowed)?;
+        self.require_memory_of(file, points, copies, available_bytes)
+    }
+
+    /// The same once the number of particles is known, which is smaller than that of the lattice's points.
+    pub fn require_memory_of(
+        &self,
+        file: &str,
+        particles: f64,
+        copies: usize,
+        available_bytes: u64,
+    ) -> Result<(), InputError> {
         let buckets = self.buckets();
         let per_particle = BYTES_PER_PARTICLE + self.effects.more_bytes_per_particle();
-        let bytes = points * per_particle as f64 + buckets * BYTES_PER_BUCKET as f64;
+        let bytes = particles * per_particle as f64 + buckets * BYTES_PER_BUCKET as f64;
         let needed = bytes * copies as f64;
         let gib = f64::from(1 << 30);
         Check { file }.require(
-            needed <= available_bytes as f64 && points <= MAX_LATTICE_POINTS as f64,
+            needed <= available_bytes as f64,
             "particle_distance_m",
             self.particle_distance_m,
             format!(
-                "its lattice of {points:.0} points in {buckets:.0} buckets would need up to {:.1} GiB and {:.1} GiB are \
+                "up to {particles:.0} particles in {buckets:.0} buckets would need up to {:.1} GiB and {:.1} GiB are \
                  available: raise it, or shrink `domain`",
                 needed / gib,
                 available_bytes as f64 / gib

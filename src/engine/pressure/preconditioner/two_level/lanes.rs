@@ -26,6 +26,8 @@ struct Block {
     boxes: Vec<u32>,
     values: Vec<[f32; LANES]>,
     ends: Vec<u32>,
+    /// Lent to the gathering.
+    far: Vec<(u32, [f64; LANES])>,
 }
 
 #[derive(Debug, Default)]
@@ -93,7 +95,8 @@ impl LaneBoxes {
         self.blocks.resize_with(groups.div_ceil(GROUPS), Block::default);
         team.fill(Rows::new(&mut self.blocks), |range, blocks| {
             let mut gather = LaneGather::new();
-            for (block, Block { boxes: names, values, ends }) in range.zip(blocks) {
+            for (block, Block { boxes: names, values, ends, far }) in range.zip(blocks) {
+                gather.far = std::mem::take(far);
                 names.clear();
                 values.clear();
                 ends.clear();
@@ -121,13 +124,14 @@ impl LaneBoxes {
                     }
                     ends.push(names.len() as u32);
                 }
+                *far = std::mem::take(&mut gather.far);
             }
         });
     }
 
     /// The boxes of a group of rows, and the values of all its rows.
     fn of(&self, group: usize) -> (&[u32], &[[f32; LANES]]) {
-        let Block { boxes, values, ends } = &self.blocks[group / GROUPS];
+        let Block { boxes, values, ends, .. } = &self.blocks[group / GROUPS];
         let k = group % GROUPS;
         let range = if k == 0 { 0 } else { ends[k - 1] as usize }..ends[k] as usize;
         (&boxes[range.clone()], &values[range])

@@ -1,0 +1,112 @@
+//! The preset `fast`: clusters, their list as the matrix, two levels.
+
+#[path = "common/toy.rs"]
+#[allow(dead_code)]
+mod toy;
+
+use std::sync::Arc;
+
+use repro::base::parallel::Workers;
+use repro::engine::columns::SavedState;
+use repro::engine::phase::NoProbe;
+use repro::engine::preset::{Options, Preset};
+use repro::engine::pressure::preconditioner::Preconditioning;
+use repro::engine::pressure::values::MatrixValues;
+use repro::engine::simulation::{self, Simulation, Start};
+use repro::scene::{Scene, library};
+use toy::TOYS;
+
+/// Farthest that a particle of the dam break may be from where the paper's preset has it after 20 steps, metres, with the
+/// same equations: some tens of roundings.
+const SAME_EQUATIONS_M: f64 = 1e-13;
+/// The same with rounded matrix values and another solver, both of whose answers are right to 1e-8.
+const SAME_TOLERANCE_M: f64 = 1e-9;
+
+fn dam_break(l0: f64) -> Scene {
+    library::load("dam-break", &[format!("particle_distance_m={l0}")]).unwrap()
+}
+
+fn simulation(scene: &Scene, options: &Options, threads: usize) -> Box<dyn Simulation> {
+    let particles = scene.particles("test").unwrap();
+    let workers = Arc::new(Workers::new(threads, options.schedule, &[]).unwrap());
+    let start = Start { particles: &particles, steps_done: 0 };
+    simulation::build(&scene.parameters(&particles), options, start, workers).unwrap()
+}
+
+fn after(scene: &Scene, options: &Options, threads: usize, steps: usize) -> Box<dyn Simulation> {
+    let mut simulation = simulation(scene, options, threads);
+    for _ in 0..steps {
+        simulation.step(&mut NoProbe).unwrap();
+    }
+    simulation
+}
+
+/// Of all particles and coordinates.
+fn farthest(a: &dyn Simulation, b: &dyn Simulation) -> f64 {
+    let pairs = a.particles().position.iter().zip(&b.particles().position);
+    pairs.flat_map(|(a, b)| [0, 1, 2].map(|d| (a[d] - b[d]).abs())).fold(0.0, f64::max)
+}
+
+fn state(simulation: &mut dyn Simulation) -> SavedState {
+    let mut state = SavedState::default();
+    state.keep(|visitor| simulation.visit(visitor));
+    state
+}
+
+fn fast() -> Options {
+    Preset::FAST.options()
+}
+
+#[test]
+fn twenty_steps_are_those_of_the_papers_preset() {
+    for l0 in [0.0375, 0.025] {
+        let scene = dam_break(l0);
+        let paper = after(&scene, &Preset::PAPER_LINKED_LIST.options(), 2, 20);
+        let mut same = Options { matrix_values: MatrixValues::F64, ..fast() };
+        same.cg.preconditioner = Preconditioning::None;
+        let found = [same, fast()].map(|options| farthest(&*after(&scene, &options, 2, 20), &*paper));
+        println!("l0 = {l0} m: {:e} m with the same equations, {:e} m as it is", found[0], found[1]);
+        assert!(found[0] <= SAME_EQUATIONS_M && found[1] <= SAME_TOLERANCE_M, "{found:?}");
+    }
+}
+
+#[test]
+fn the_bits_do_not_depend_on_threads_or_schedules() {
+    let scene = dam_break(0.0375);
+    let expected = state(&mut *after(&scene, &fast(), 1, 30));
+    for (threads, schedule) in [(2, "static"), (3, "dynamic:1"), (2, "guided:4"), (3, "rayon:8")] {
+        let options = Options { schedule: schedule.parse().unwrap(), ..fast() };
+        assert!(state(&mut *after(&scene, &options, threads, 30)) == expected, "{threads} {schedule}");
+    }
+}
+
+/// The order of sums depends on when lists were made: that is a part of the state.
+#[test]
+fn a_state_that_is_put_back_goes_on_to_the_same_bits() {
+    let scene = dam_break(0.0375);
+    for stop in [1, 7, 23] {
+        let mut whole = after(&scene, &fast(), 2, stop);
+        let kept = state(&mut *whole);
+        let mut resumed = simulation(&scene, &fast(), 1);
+        kept.restore(|visitor| resumed.visit(visitor));
+        for _ in 0..6 {
+            whole.step(&mut NoProbe).unwrap();
+            resumed.step(&mut NoProbe).unwrap();
+        }
+        assert!(state(&mut *whole) == state(&mut *resumed), "stopped after step {stop}");
+    }
+}
+
+/// Whatever a scene calls for beyond the textbook runs from the same lists.
+#[test]
+fn every_scene_runs_and_agrees() {
+    for &toy in TOYS {
+        let scene = toy::load(toy, &[]);
+        let particles = scene.particles("test").unwrap();
+        let l0 = scene.parameters(&particles).particle_distance_m;
+        let general = after(&scene, &Preset::GENERAL.options(), 2, 5);
+        let apart = farthest(&*after(&scene, &fast(), 2, 5), &*general) / l0;
+        println!("{:20} {apart:e} particle distances after 5 steps", toy.0);
+        assert!(apart <= 1e-6, "{}: {apart:e}", toy.0);
+    }
+}
