@@ -5,12 +5,14 @@ use repro::engine::effects::shifting::{AtSurface, Shifting};
 use repro::engine::parameters::{Effects, Parameters};
 use repro::engine::particles::{InitialParticle, Kind};
 use repro::engine::pressure::Pressure;
+use repro::engine::pressure::any_matrix::AnyMatrix;
 use repro::engine::pressure::conjugate_gradient::{CgParams, ConjugateGradient};
 use repro::engine::pressure::enclosed::EnclosedParts;
 use repro::engine::pressure::matrix::Storage;
 use repro::engine::pressure::options::Gradient;
 use repro::engine::pressure::poisson::Poisson;
 use repro::engine::pressure::preconditioner::Places;
+use repro::engine::pressure::values::MatrixValues;
 use repro::scene::validation::{CASES, Fidelity, Outcome, general};
 
 const L0: f64 = 0.02;
@@ -33,8 +35,9 @@ fn constants_are_projected_out_of_singular_parts_and_of_no_others() {
     let mut bits = Vec::new();
     for threads in [1, 2] {
         let workers = Workers::new(threads, Schedule::Static, &[]).unwrap();
-        let mut poisson = Poisson::<f64>::new(&Pressure::default(), &parameters(), Storage::Csr);
-        poisson.matrix.assemble(ROWS, &workers, |row, entries| {
+        let mut poisson = Poisson::new(&Pressure::default(), &parameters(), Storage::Csr, MatrixValues::F64);
+        let AnyMatrix::F64(matrix) = &mut poisson.matrix else { unreachable!("asked for f64") };
+        matrix.assemble(ROWS, &workers, |row, entries| {
             neighbors(row).for_each(|other| entries.push(other as u32, -1.0));
             diagonal(row)
         });

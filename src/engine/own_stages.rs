@@ -9,7 +9,7 @@ use crate::engine::parameters::Parameters;
 use crate::engine::phase::Phase;
 use crate::engine::preset::Options;
 use crate::engine::pressure::values::MatrixValues;
-use crate::engine::pressure::{self, Pressure};
+use crate::engine::pressure::{Pressure, PressureSolve};
 use crate::engine::search::aos_relocation::AosRelocation;
 use crate::engine::search::aosoa::Aosoa;
 use crate::engine::search::brute_force::BruteForce;
@@ -48,7 +48,7 @@ pub trait OwnStages: CandidateSearch + 'static {
         options: &Options,
         state: &State<Self>,
     ) -> Boxed<Self, T> {
-        pressure::stage(pressure, parameters, options, state)
+        Box::new(PressureSolve::new(pressure, parameters, options, state))
     }
 }
 
@@ -83,7 +83,7 @@ impl OwnStages for Clusters {
         state: &State<Self>,
     ) -> Boxed<Self, T> {
         if !covers(pressure) {
-            return pressure::stage(pressure, parameters, options, state);
+            return Box::new(PressureSolve::new(pressure, parameters, options, state));
         }
         match options.matrix_values {
             MatrixValues::F64 => Box::new(ClusterPressure::<f64>::new(pressure, parameters, options, state)),

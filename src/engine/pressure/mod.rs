@@ -3,6 +3,7 @@
 //! Koshizuka & Oka 1996 with the relaxed source and the slight compressibility of the textbook of Koshizuka, Shibata &
 //! Murotani (2014). [`PressureSolve::run`] is the algorithm, a line a phase.
 
+pub mod any_matrix;
 pub mod conjugate_gradient;
 pub mod connectivity;
 pub mod divergence;
@@ -39,7 +40,6 @@ use number_density::NumberDensity;
 use options::{Clamp, Enclosed, Gradient, Source, Surface, Walls};
 use poisson::Poisson;
 use preconditioner::Places;
-use values::{MatrixValues, Value};
 use wall_pressure::WallPressure;
 
 /// Constants of the pressure equation.
@@ -104,25 +104,12 @@ pub struct PressureReport {
     pub enclosed_parts: usize,
 }
 
-/// The stage, with the precision that its matrix shall have.
-pub fn stage<C: CandidateSearch, T: DistanceTest>(
-    pressure: &Pressure,
-    parameters: &Parameters,
-    options: &Options,
-    state: &State<C>,
-) -> Box<dyn Stage<C, T>> {
-    match options.matrix_values {
-        MatrixValues::F64 => Box::new(PressureSolve::<f64>::new(pressure, parameters, options, state)),
-        MatrixValues::F32 => Box::new(PressureSolve::<f32>::new(pressure, parameters, options, state)),
-    }
-}
-
-/// The stage and all its columns; `V` is what the matrix keeps its values in.
+/// The stage and all its columns.
 #[derive(Debug)]
-pub struct PressureSolve<V> {
+pub struct PressureSolve {
     number_density: NumberDensity,
     unknowns: Unknowns,
-    poisson: Poisson<V>,
+    poisson: Poisson,
     connectivity: Connectivity,
     /// Stays empty where enclosed rows are anchored.
     parts: EnclosedParts,
@@ -135,7 +122,7 @@ pub struct PressureSolve<V> {
     walls: Option<(Mirror, WallPressure)>,
 }
 
-impl<V: Value> PressureSolve<V> {
+impl PressureSolve {
     pub fn new<C: CandidateSearch>(
         pressure: &Pressure,
         parameters: &Parameters,
@@ -145,7 +132,7 @@ impl<V: Value> PressureSolve<V> {
         PressureSolve {
             number_density: NumberDensity::new(pressure, parameters, state),
             unknowns: Unknowns::new(pressure, parameters, state),
-            poisson: Poisson::new(pressure, parameters, options.storage),
+            poisson: Poisson::new(pressure, parameters, options.storage, options.matrix_values),
             connectivity: Connectivity::new(parameters, state),
             parts: EnclosedParts::default(),
             enclosed: pressure.enclosed,
@@ -192,7 +179,7 @@ impl<V: Value> PressureSolve<V> {
     }
 }
 
-impl<C: CandidateSearch, T: DistanceTest, V: Value> Stage<C, T> for PressureSolve<V> {
+impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
     fn run(&mut self, state: &mut State<C>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
         state.refresh(probe)?;
         within(probe, Phase::NumberDensity, || self.number_density.sum::<C, T>(state))?;

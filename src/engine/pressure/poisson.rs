@@ -4,22 +4,25 @@
 //! * Rows `A_ij = -c_ij`, `A_ii = sum_j c_ij + alpha / dt^2` with `c_ij = 2D / (n0_L lambda) w(r_ij, re_L) / rho`, over
 //!   all `j` within `re_L` that have a pressure. Surface particles count in `A_ii`; their pressure is zero.
 
+use std::marker::PhantomData;
+
 use crate::base::parallel::Team;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::Particles;
 use crate::engine::pressure::Pressure;
+use crate::engine::pressure::any_matrix::{AnyMatrix, BuildRow};
 use crate::engine::pressure::divergence::DivergenceSource;
 use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::free_surface::{Label, Unknowns};
-use crate::engine::pressure::matrix::{SparseMatrix, Storage};
+use crate::engine::pressure::matrix::{RowWriter, Storage};
 use crate::engine::pressure::mirror::Mirror;
 use crate::engine::pressure::options::{Source, Surface, Walls};
 use crate::engine::pressure::preconditioner::Places;
 use crate::engine::pressure::system_matrix::System;
 use crate::engine::pressure::truncated::Truncated;
-use crate::engine::pressure::values::Value;
-use crate::engine::search::{CandidateSearch, DistanceTest, NONE};
+use crate::engine::pressure::values::{MatrixValues, Value};
+use crate::engine::search::{CandidateSearch, DistanceTest, NONE, Neighborhood};
 use crate::engine::stage::State;
 
 /// A number density this close to `n0`, relative to it, is no density error: a block in free fall has rounding noise
@@ -50,7 +53,7 @@ impl PairDensity {
 }
 
 #[derive(Debug)]
-pub struct Poisson<V = f64> {
+pub struct Poisson {
     kernel: Kernel,
     /// `2D / (n0_L lambda rho)`.
     coefficient: f64,
@@ -68,14 +71,14 @@ pub struct Poisson<V = f64> {
     truncated: Option<Truncated>,
     /// Whether walls are mirrors, so that a row may have no neighbour.
     mirrored: bool,
-    pub matrix: SparseMatrix<V>,
+    pub matrix: AnyMatrix,
     pub source: Vec<f64>,
     /// Whether the whole source is rounding noise.
     pub quiet: bool,
 }
 
-impl<V: Value> Poisson<V> {
-    pub fn new(pressure: &Pressure, parameters: &Parameters, storage: Storage) -> Self {
+impl Poisson {
+    pub fn new(pressure: &Pressure, parameters: &Parameters, storage: Storage, values: MatrixValues) -> Self {
         let lattice = parameters.reference(parameters.laplacian_radius_m());
         Poisson {
             kernel: pressure.kernel(parameters.laplacian_radius_m(), parameters),
@@ -95,7 +98,7 @@ impl<V: Value> Poisson<V> {
             },
             truncated: (pressure.surface == Surface::Truncated).then(|| Truncated::new(pressure, parameters)),
             mirrored: pressure.walls == Walls::Mirrored,
-            matrix: SparseMatrix::new(storage, lattice.neighbors),
+            matrix: AnyMatrix::new(values, storage, lattice.neighbors),
             source: Vec::new(),
             quiet: true,
         }
@@ -154,50 +157,21 @@ impl<V: Value> Poisson<V> {
         state: &State<C>,
         coefficient: impl Fn(usize, usize) -> f64 + Sync,
     ) {
-        let near = state.neighborhood();
-        let Unknowns { label, rows, row_of, .. } = unknowns;
-        let kernel = self.kernel;
-        let alone_may_be = self.mirrored;
-        let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
-        if let Some(Truncated { missing, .. }) = &self.truncated {
-            self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
-                let i = rows[row] as usize;
-                let mut sum = coefficient(i, i) * missing[row];
-                near.for_each_neighbor::<T>(i, kernel.radius_m, |j, _, r| {
-                    if row_of[j] != NONE {
-                        let c = coefficient(i, j) * kernel.weight(r);
-                        sum += c;
-                        entries.push(row_of[j], -c);
-                    }
-                });
-                if sum == 0.0 && alone_may_be {
-                    sum = coefficient(i, i);
-                }
-                sum + compressibility
-            });
-            return;
-        }
-        self.matrix.assemble(rows.len(), &state.workers, |row, entries| {
-            let (i, mut sum) = (rows[row] as usize, 0.0);
-            near.for_each_neighbor::<T>(i, kernel.radius_m, |j, _, r| match label[j] {
-                Label::Outside => {}
-                Label::Surface => sum += coefficient(i, j) * kernel.weight(r),
-                Label::Inner => {
-                    let c = coefficient(i, j) * kernel.weight(r);
-                    sum += c;
-                    entries.push(row_of[j], -c);
-                }
-            });
-            // A particle among walls that are mirrors may have no neighbour in the equation.
-            if sum == 0.0 && alone_may_be {
-                sum = coefficient(i, i);
-            }
-            sum + compressibility
-        });
+        let build = PairRows::<C, T, _> {
+            near: state.neighborhood(),
+            unknowns,
+            kernel: self.kernel,
+            coefficient,
+            missing: self.truncated.as_ref().map(|truncated| &truncated.missing[..]),
+            alone_may_be: self.mirrored,
+            compressibility: self.compressibility_1_pa / (state.time_step_s * state.time_step_s),
+            test: PhantomData,
+        };
+        self.matrix.assemble(unknowns.rows.len(), &state.workers, &build);
     }
 
     /// The system as it stands, its rows those of `unknowns`.
-    pub fn system<'a>(&'a self, places: Places<'a>) -> System<'a, SparseMatrix<V>> {
+    pub fn system<'a>(&'a self, places: Places<'a>) -> System<'a, AnyMatrix> {
         System { matrix: &self.matrix, source: &self.source, quiet: self.quiet, places }
     }
 
@@ -213,7 +187,7 @@ impl<V: Value> Poisson<V> {
     /// compressibility.
     pub fn anchor(&mut self, enclosed: &[u32]) {
         for &row in enclosed {
-            self.matrix.diagonal[row as usize] *= 2.0;
+            self.matrix.diagonal_mut()[row as usize] *= 2.0;
         }
     }
 
@@ -221,5 +195,58 @@ impl<V: Value> Poisson<V> {
         self.matrix.bytes()
             + self.source.capacity() * size_of::<f64>()
             + self.truncated.as_ref().map_or(0, Truncated::bytes)
+    }
+}
+
+/// Rows from pairs of neighbours.
+struct PairRows<'a, C, T, F> {
+    near: Neighborhood<'a, C>,
+    unknowns: &'a Unknowns,
+    kernel: Kernel,
+    coefficient: F,
+    /// What the neighbourhood of each row lacks, where that counts.
+    missing: Option<&'a [f64]>,
+    /// Whether a row may have no neighbour: a particle among walls that are mirrors.
+    alone_may_be: bool,
+    /// `alpha / dt^2`.
+    compressibility: f64,
+    test: PhantomData<fn() -> T>,
+}
+
+impl<C, T, F> BuildRow for PairRows<'_, C, T, F>
+where
+    C: CandidateSearch,
+    T: DistanceTest,
+    F: Fn(usize, usize) -> f64 + Sync,
+{
+    #[inline(always)]
+    fn row<V: Value>(&self, row: usize, entries: &mut RowWriter<'_, V>) -> f64 {
+        let PairRows { near, kernel, coefficient, .. } = self;
+        let Unknowns { label, rows, row_of, .. } = self.unknowns;
+        let (i, mut sum) = (rows[row] as usize, 0.0);
+        if let Some(missing) = self.missing {
+            sum = coefficient(i, i) * missing[row];
+            near.for_each_neighbor::<T>(i, kernel.radius_m, |j, _, r| {
+                if row_of[j] != NONE {
+                    let c = coefficient(i, j) * kernel.weight(r);
+                    sum += c;
+                    entries.push(row_of[j], -c);
+                }
+            });
+        } else {
+            near.for_each_neighbor::<T>(i, kernel.radius_m, |j, _, r| match label[j] {
+                Label::Outside => {}
+                Label::Surface => sum += coefficient(i, j) * kernel.weight(r),
+                Label::Inner => {
+                    let c = coefficient(i, j) * kernel.weight(r);
+                    sum += c;
+                    entries.push(row_of[j], -c);
+                }
+            });
+        }
+        if sum == 0.0 && self.alone_may_be {
+            sum = coefficient(i, i);
+        }
+        sum + self.compressibility
     }
 }
