@@ -28,6 +28,8 @@ pub enum Gradient {
     Conservative,
     /// On the sum of a pair's pressures: antisymmetric as well, and the counterpart of the divergence.
     Pairwise,
+    /// The counterpart of the divergence with its moment matrices.
+    Transposed,
 }
 
 /// Who is on the free surface.

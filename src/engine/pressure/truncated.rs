@@ -8,7 +8,8 @@
 //! The factor `s` makes that boundary as stiff as the pairwise gradient and the divergence see it. Beneath a plane surface
 //! of the lattice they answer a uniform pressure with `4 D^2 / (n0_n n0_g) sum_k S_k^2` over the layers `k`, where `S_k` is the
 //! sum of `w(r, re_g) r_y / r^2` over the missing vectors; the equation has `2D / (n0_L lambda) sum_k missing_k`; `s` is their
-//! ratio. Without it the correction overshoots, and the pressure changes its sign from step to step.
+//! ratio. For the transposed gradient the answer is `sum_k F_k^2` with `F_k = sum_j (B_k + B_j) w r_y / r^2` over the vectors that
+//! are there and the moment matrices of their layers. Without it the correction overshoots, and the pressure changes its sign from step to step.
 
 use crate::base::parallel::Rows;
 use crate::base::vec3::dot;
@@ -16,6 +17,7 @@ use crate::engine::kernel::{Dimensions, Kernel, weight};
 use crate::engine::parameters::Parameters;
 use crate::engine::pressure::Pressure;
 use crate::engine::pressure::free_surface::Unknowns;
+use crate::engine::pressure::options::Gradient;
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::State;
 
@@ -34,7 +36,7 @@ impl Truncated {
         let n0 = parameters.reference(parameters.laplacian_radius_m()).number_density;
         Truncated {
             full: pressure.surface_threshold * n0,
-            stiffness: stiffness(pressure.surface_threshold, parameters),
+            stiffness: stiffness(pressure, parameters),
             missing: Vec::new(),
         }
     }
@@ -63,7 +65,8 @@ impl Truncated {
 }
 
 /// `s`.
-fn stiffness(threshold: f64, parameters: &Parameters) -> f64 {
+fn stiffness(pressure: &Pressure, parameters: &Parameters) -> f64 {
+    let threshold = pressure.surface_threshold;
     let (dimensions, l0) = (parameters.dimensions, parameters.particle_distance_m);
     let [re_g, re_l] = [parameters.radii.gradient, parameters.radii.laplacian];
     let reference = |radius_m: f64| parameters.reference(radius_m);
@@ -77,8 +80,33 @@ fn stiffness(threshold: f64, parameters: &Parameters) -> f64 {
         let lost = above(dimensions, re_l, layer, |r, _| weight(r, re_l));
         missing += (lost - (1.0 - threshold) * laplacian.number_density).max(0.0);
     }
+    let answers = match pressure.gradient {
+        Gradient::Transposed => transposed_answers(dimensions, parameters.radii.number_density),
+        _ => 4.0 * dimensions.count() * dimensions.count() * answers / (n0_n * n0_g),
+    };
     let lambda = laplacian.lambda_m2 / (l0 * l0);
-    2.0 * dimensions.count() * laplacian.number_density * lambda * answers / (n0_n * n0_g * missing)
+    laplacian.number_density * lambda * answers / (2.0 * dimensions.count() * missing)
+}
+
+/// `sum_k F_k^2`.
+fn transposed_answers(dimensions: Dimensions, radius: f64) -> f64 {
+    let reach = radius.ceil() as i32;
+    let beside = |layer, power: i32| {
+        above(dimensions, radius, layer, |r, rise| weight(r, radius) * rise.powi(power) / (r * r))
+    };
+    // Of `w r_y^2 / r^2`, half lies above a particle inside.
+    let inverse = |layer: i32| 1.0 / (2.0 * beside(0, 2) - beside(layer, 2));
+    let mut answers = 0.0;
+    for layer in 0..2 * reach {
+        let mut force = 0.0;
+        for rise in -reach..=layer.min(reach) {
+            let size = rise.abs();
+            let row = if size > 0 { beside(size - 1, 1) - beside(size, 1) } else { 0.0 };
+            force += f64::from(rise.signum()) * row * (inverse(layer) + inverse(layer - rise));
+        }
+        answers += force * force;
+    }
+    answers
 }
 
 /// The sum of `term(r, rise)` over lattice vectors that rise by more than `layer` layers, lengths in particle distances.

@@ -6,9 +6,10 @@ mod conservative;
 mod corrected;
 mod minimum;
 mod pairwise;
+mod transposed;
 
 use crate::base::parallel::{FirstIndex, Rows};
-use crate::base::vec3::{Vec3, add_scaled, is_finite};
+use crate::base::vec3::{Vec3, ZERO, add_scaled, is_finite};
 use crate::engine::error::SimulationError;
 use crate::engine::kernel::Kernel;
 use crate::engine::parameters::Parameters;
@@ -22,6 +23,7 @@ use conservative::Conservative;
 use corrected::{Consistent, Corrected, Sums};
 use minimum::Minimum;
 use pairwise::Pairwise;
+use transposed::{Transposed, find_inverses};
 
 /// A form of the gradient.
 trait Form: Sync {
@@ -53,11 +55,18 @@ pub struct PressureGradient {
     dimensions: usize,
     /// `pmin`, Pa.
     minimum: Vec<f64>,
+    /// What multiplies pressures in the transposed form; empty for all others.
+    inverse: Vec<[Vec3; 3]>,
 }
 
 impl PressureGradient {
     pub fn new<C: CandidateSearch>(pressure: &Pressure, parameters: &Parameters, state: &State<C>) -> Self {
-        let radius_m = parameters.gradient_radius_m();
+        let transposed = pressure.gradient == Gradient::Transposed;
+        let radius_m = match transposed {
+            true => parameters.number_density_radius_m(),
+            false => parameters.gradient_radius_m(),
+        };
+        let count = state.particles.len();
         let n0 = parameters.reference(radius_m).number_density;
         let dimensions = parameters.dimensions.count();
         let by_group = pressure.density_by_group_kg_m3.as_deref().unwrap_or_default();
@@ -69,7 +78,8 @@ impl PressureGradient {
             clamp: pressure.clamp,
             lattice_moment: n0 / dimensions,
             dimensions: dimensions as usize,
-            minimum: state.workers.column(state.particles.len(), 0.0),
+            minimum: state.workers.column(count, 0.0),
+            inverse: state.workers.column(if transposed { count } else { 0 }, [ZERO; 3]),
         }
     }
 
@@ -137,10 +147,14 @@ impl PressureGradient {
 
     /// Phase `pressure_gradient`, of fluid particles and bodies.
     pub fn accelerate<C: CandidateSearch, T: DistanceTest>(
-        &self,
+        &mut self,
         unknowns: &Unknowns,
         state: &mut State<C>,
     ) -> Result<(), SimulationError> {
+        if !self.inverse.is_empty() {
+            let lattice = (self.lattice_moment, self.dimensions);
+            find_inverses::<C, T>(&mut self.inverse, self.kernel, lattice, state);
+        }
         let pressure = std::mem::take(&mut state.particles.pressure);
         let around = Around {
             kernel: self.kernel,
@@ -154,6 +168,10 @@ impl PressureGradient {
             Gradient::Corrected => self.add::<C, T>(&Corrected(self.sums(around)), state, &broken),
             Gradient::Consistent => self.add::<C, T>(&Consistent(self.sums(around)), state, &broken),
             Gradient::Pairwise => self.add::<C, T>(&Pairwise(around), state, &broken),
+            Gradient::Transposed => {
+                let inverse = &self.inverse;
+                self.add::<C, T>(&Transposed { around, inverse }, state, &broken);
+            }
             Gradient::Conservative => self.add::<C, T>(&Conservative(around), state, &broken),
         }
         state.particles.pressure = pressure;
@@ -190,6 +208,6 @@ impl PressureGradient {
     }
 
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.minimum[..])
+        size_of_val(&self.minimum[..]) + size_of_val(&self.inverse[..])
     }
 }

@@ -89,6 +89,7 @@ choice! {
         Consistent = "With the inverse moment matrix, right for a linear pressure; needs shifting.",
         Conservative = "Antisymmetric in a pair: keeps linear momentum to rounding.",
         Pairwise = "On the sum of a pair's pressures: keeps momentum, and no energy is made.",
+        Transposed = "The same for the divergence with the moment matrix: right for linear motions up to a free surface.",
     }
 }
 
