@@ -69,7 +69,7 @@ impl Drop {
         let l0 = self.particle_distance();
         Pressure {
             source: Source::Divergence { density_feedback_s: FEEDBACK * (l0 * l0 * l0).sqrt() },
-            gradient: Gradient::Pairwise,
+            gradient: Gradient::Transposed,
             surface: Surface::Truncated,
             clamp: Clamp::Never,
             ..Pressure::default()
@@ -134,19 +134,29 @@ impl Drop {
         &self,
         particles: &[InitialParticle],
         until: f64,
-        mut look: impl FnMut(f64, &Particles),
+        look: impl FnMut(f64, &Particles),
     ) -> Result<(), String> {
-        let workers = Workers::new(1, Schedule::Static, &[]).map_err(|error| error.to_string())?;
-        let start = Start { particles, steps_done: 0 };
-        let options = Preset::PAPER_LINKED_LIST.options();
-        let mut simulation = simulation::build(&self.parameters(), &options, start, Arc::new(workers))
-            .map_err(|error| error.to_string())?;
-        loop {
-            let report = simulation.step(&mut NoProbe).map_err(|error| error.to_string())?;
-            look(report.time_s, simulation.particles());
-            if report.time_s >= until {
-                return Ok(());
-            }
+        run(&self.parameters(), particles, until, look)
+    }
+}
+
+/// Runs `particles` up to a time and shows them after each step.
+pub fn run(
+    parameters: &Parameters,
+    particles: &[InitialParticle],
+    until: f64,
+    mut look: impl FnMut(f64, &Particles),
+) -> Result<(), String> {
+    let workers = Workers::new(1, Schedule::Static, &[]).map_err(|error| error.to_string())?;
+    let start = Start { particles, steps_done: 0 };
+    let options = Preset::PAPER_LINKED_LIST.options();
+    let mut simulation = simulation::build(parameters, &options, start, Arc::new(workers))
+        .map_err(|error| error.to_string())?;
+    loop {
+        let report = simulation.step(&mut NoProbe).map_err(|error| error.to_string())?;
+        look(report.time_s, simulation.particles());
+        if report.time_s >= until {
+            return Ok(());
         }
     }
 }
