@@ -17,6 +17,8 @@ pub mod poiseuille;
 pub mod rheology;
 pub mod rotation;
 pub mod scalar;
+pub mod sessile;
+pub mod sphere;
 pub mod standing_wave;
 pub mod startup;
 pub mod taylor_green;
@@ -103,4 +105,6 @@ pub const CASES: &[Case] = &[
     Case { name: "laplace-jump", run: tension::laplace },
     Case { name: "drop-period", run: tension::rayleigh },
     Case { name: "square-drop", run: tension::rounding },
+    Case { name: "laplace-jump-3d", run: sphere::laplace },
+    Case { name: "contact-angle", run: sessile::angles },
 ];
