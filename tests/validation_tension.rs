@@ -1,6 +1,6 @@
 //! Surface tension: free drops in a plane, forces of pairs, and what scenes may say.
 
-use repro::base::vec3::ZERO;
+use repro::base::vec3::{ZERO, dot};
 use repro::engine::particles::Particles;
 use repro::scene::validation::drop::{Drop, Model};
 use repro::scene::validation::sessile::{angles, segment_angle_deg};
@@ -64,25 +64,30 @@ fn angles_are_read_off_segments() {
     assert!((angle - 90.0).abs() < 1e-6, "{angle}");
 }
 
-fn momentum(particles: &Particles) -> [f64; 3] {
-    let mut sum = [0.0; 3];
+/// Momentum, angular momentum, and what the latter is a sum of without signs.
+fn momentum(particles: &Particles) -> ([f64; 2], f64, f64) {
+    let (mut linear, mut angular, mut scale) = ([0.0; 2], 0.0, 0.0);
     for (x, u) in particles.position.iter().zip(&particles.velocity) {
-        sum = [sum[0] + u[0], sum[1] + u[1], sum[2] + (x[0] * u[1] - x[1] * u[0])];
+        linear = [linear[0] + u[0], linear[1] + u[1]];
+        angular += x[0] * u[1] - x[1] * u[0];
+        scale += (dot(*x, *x) * dot(*u, *u)).sqrt();
     }
-    sum
+    (linear, angular, scale)
 }
 
-/// Forces of pairs are opposite and central, those of the pressure too: a lopsided drop gets neither momentum nor angular
-/// momentum, up to what the collisions, which are not opposite one after another, would add; none happen here.
+/// Forces of pairs are opposite: a lopsided drop gets no momentum. Their torques cancel where they are taken, but the step
+/// moves particles on by `a dt^2` afterwards, which costs angular momentum of the order of the step. The drop is no mirror
+/// image of itself, so that it could turn.
 #[test]
 fn a_lopsided_drop_pulls_itself_nowhere() {
     for model in Model::ALL {
         let drop = Drop::new(model, 6, 0.0);
-        let particles =
-            drop.lattice(|x, y| x * x + y * y < 1.0 || (x > 0.0 && x < 1.4 && y.abs() < 0.3), |_, _| ZERO);
+        let particles = drop
+            .lattice(|x, y| x * x + y * y < 1.0 || (x > 0.0 && x < 1.4 && y > 0.0 && y < 0.5), |_, _| ZERO);
         drop.run(&particles, 0.05, |_, particles| {
-            let drift = momentum(particles);
-            assert!(drift.iter().all(|m| m.abs() < 1e-8), "{model:?}: {drift:?}");
+            let (linear, angular, scale) = momentum(particles);
+            assert!(linear.iter().all(|m| m.abs() < 1e-8), "{model:?}: {linear:?}");
+            assert!(angular.abs() < 0.01 * scale, "{model:?}: {angular} of {scale}");
         })
         .unwrap();
     }

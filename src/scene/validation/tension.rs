@@ -1,9 +1,11 @@
 //! Surface tension: the pressure in a round drop, the swing of one that was pulled out, and a square that becomes round.
 //!
 //! At fifteen particles a radius `surface_tension` has a pressure 1.6 % too high, a spurious capillary number of 0.006, a period
-//! 0.2 % too long without viscosity and 0.7 % with, and a square whose radii differ by 0.028 R. Of these the pressure is near what
-//! the tension was calibrated by (discs of 10 and 20 particles' radius); periods are independent. With the gradient `pairwise`
-//! the period was 6.9 % too long, and from 3 % too short to 14 % too long from other starts, steps and feedback times: a layer
+//! 0.2 % too long without viscosity and 0.7 % with, and a square whose radii differ by 0.028 R. Of these the
+//! pressure is near what the tension was calibrated by (discs of 10, 20 and 30 particles' radius). Periods are independent: 0.0 to
+//! 3.4 % too long from lattices turned by 22.5 and 45 degrees and a hexagonal one, with half and twice the amplitude, 0.4 and
+//! half of the step, a feedback 3.4 times slower, and ten and twenty particles a radius. With the gradient `pairwise` the
+//! period was 6.9 % too long, and from 3 % too short to 14 % too long from other starts, steps and feedback times: a layer
 //! beneath the surface had to swell where the surface shrank.
 //!
 //! `potential_tension` is 13 % off in pressure, 10 % in period (2.5 % with viscosity), has a capillary number of 0.03 and a square

@@ -132,6 +132,34 @@ impl Clusters {
         self.moved_m = 0.0;
     }
 
+    /// Calls `stop_at` for the particles within `radius` of particle `i` until it returns true. Compiled once, with a virtual
+    /// call a neighbour: what an effect computes for a pair would otherwise be compiled into every loop here.
+    fn any_listed(
+        &self,
+        positions: &[Vec3],
+        i: usize,
+        radius: f64,
+        stop_at: &mut dyn FnMut(usize, &Vec3) -> bool,
+    ) -> bool {
+        let (here, radius2) = (positions[i], radius * radius);
+        let mut is_hit = |slot: usize| {
+            let j = self.slots.particle[slot] as usize;
+            let r = sub(positions[j], here);
+            dot(r, r) < radius2 && stop_at(j, &positions[j])
+        };
+        let cluster = self.slots.of_particle[i] as usize / LANES;
+        let lists: [Option<&Lists>; 3] = match section_of(self.kind[i]) {
+            Some(Section::Mobile) => self.mobile.each_ref().map(Some),
+            Some(Section::Wall) => [Some(&self.wall[0]), Some(&self.wall[1]), Some(&self.wall_mobile)],
+            Some(Section::DummyWall) => return self.any_around(here, is_hit),
+            None => return false,
+        };
+        lists
+            .into_iter()
+            .flatten()
+            .any(|lists| lists.of(cluster).all().iter().any(|&slot| is_hit(slot as usize)))
+    }
+
     /// Looks at all particles around a place that has no list.
     fn any_around(&self, place: Vec3, mut is_hit: impl FnMut(usize) -> bool) -> bool {
         let mut runs = Vec::new();
@@ -232,7 +260,7 @@ impl CandidateSearch for Clusters {
         (0..positions.len()).filter(inside).any(|i| stop_at(i, &positions[i]))
     }
 
-    #[inline(always)]
+    #[inline]
     fn any_candidate(
         &self,
         buckets: &Buckets,
@@ -241,22 +269,22 @@ impl CandidateSearch for Clusters {
         enter: impl Fn(usize) -> bool,
         mut stop_at: impl FnMut(usize, &Vec3) -> bool,
     ) -> bool {
-        let slot = self.slots.of_particle[i] as usize;
-        let cluster = slot / LANES;
-        let mut is_hit = |slot: usize| {
-            let j = self.slots.particle[slot] as usize;
-            enter(buckets.of_particle[j] as usize) && stop_at(j, &positions[j])
-        };
-        let mut look = |slots: &[u32]| slots.iter().any(|&slot| is_hit(slot as usize));
-        match section_of(self.kind[i]) {
-            Some(Section::Mobile) => self.mobile.iter().any(|lists| look(lists.of(cluster).all())),
-            Some(Section::Wall) => {
-                self.wall.iter().any(|lists| look(lists.of(cluster).all()))
-                    || look(self.wall_mobile.of(cluster).all())
-            }
-            Some(Section::DummyWall) => self.any_around(positions[i], is_hit),
-            None => false,
-        }
+        let bucket = &buckets.of_particle;
+        self.any_listed(positions, i, f64::INFINITY, &mut |j, x| enter(bucket[j] as usize) && stop_at(j, x))
+    }
+
+    #[inline]
+    fn any_candidate_near(
+        &self,
+        buckets: &Buckets,
+        positions: &[Vec3],
+        i: usize,
+        radius: f64,
+        enter: impl Fn(usize) -> bool,
+        mut stop_at: impl FnMut(usize, &Vec3) -> bool,
+    ) -> bool {
+        let bucket = &buckets.of_particle;
+        self.any_listed(positions, i, radius, &mut |j, x| enter(bucket[j] as usize) && stop_at(j, x))
     }
 
     fn visit(&mut self, visitor: &mut Visitor<'_>) {
