@@ -221,7 +221,8 @@ impl CandidateSearch for Clusters {
         if self.built != self.generation && !self.built_at.is_empty() {
             // A state was put back: the lists are made as they were in it.
             let (kind, built_at) = (std::mem::take(&mut self.kind), std::mem::take(&mut self.built_at));
-            self.build_at(&kind.clone(), &built_at, true, team);
+            self.build_at(&kind, &built_at, true, team);
+            self.built = self.generation;
         }
         let same = self.built == self.generation && self.kind == now.kind && !now.walls_moved;
         self.built = self.generation;

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::EffectTable;
-use super::columns::{Counted, INDEX, SCALAR};
+use super::columns::{Counted, INDEX, SCALAR, VECTOR};
 use super::pressure_options::{
     ClampSpec, EnclosedSpec, GradientSpec, PressureWallsSpec, SourceSpec, SurfaceSpec,
 };
@@ -67,7 +67,11 @@ impl EffectTable for PressureSpec {
         // Pressure, number density and minimum; the row of a particle and the particle of a row; label and reach. A flag a
         // bucket.
         let asymmetry = if self.surface == SurfaceSpec::Density { 0 } else { SCALAR };
-        of.particles * (3 * SCALAR + 2 * INDEX + 2 + asymmetry) + of.buckets
+        // A moment matrix.
+        let moments = if self.gradient == GradientSpec::Transposed { 3 * VECTOR } else { 0 };
+        // A wall's face and normal, whether there is one, and its pressure.
+        let mirrors = if self.walls == PressureWallsSpec::Mirrored { 2 * VECTOR + 1 + SCALAR } else { 0 };
+        of.particles * (3 * SCALAR + 2 * INDEX + 2 + asymmetry + moments + mirrors) + of.buckets
     }
 
     fn effect(&self, scene: &Scene) -> Pressure {
