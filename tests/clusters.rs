@@ -112,6 +112,8 @@ fn every_scene_runs_and_agrees() {
         let general = after(&scene, &closely(Preset::GENERAL.options()), 2, 5);
         let apart = farthest(&*after(&scene, &closely(fast()), 2, 5), &*general) / l0;
         println!("{:20} {apart:e} particle distances after 5 steps", toy.0);
-        assert!(apart <= 1e-6, "{}: {apart:e}", toy.0);
+        // Mirrored walls choose among equally near wall particles the one that comes first.
+        let mirrored = toy.1.iter().any(|set| set.ends_with("walls=mirrored"));
+        assert!(apart <= if mirrored { 1e-4 } else { 1e-12 }, "{}: {apart:e}", toy.0);
     }
 }

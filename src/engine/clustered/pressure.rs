@@ -99,7 +99,7 @@ impl<V: Kept> ClusterPressure<V> {
         let team = state.workers.scheduled();
         scatter(&mut state.particles.number_density, &state.candidates.slots, first, team, |i, slot, own| {
             *own = n[slot - first];
-            if !(*own < COINCIDENT) {
+            if own.is_nan() || *own >= COINCIDENT {
                 broken.record(i);
             }
         });

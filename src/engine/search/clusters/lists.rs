@@ -140,7 +140,7 @@ impl Lists {
         let k = cluster - self.first;
         let chunk = &self.chunks[k / CHUNK];
         let (end, near_end) = chunk.ends[k % CHUNK];
-        let start = if k % CHUNK == 0 { 0 } else { chunk.ends[k % CHUNK - 1].0 } as usize;
+        let start = if k.is_multiple_of(CHUNK) { 0 } else { chunk.ends[k % CHUNK - 1].0 } as usize;
         let slots = &chunk.slots[start..end as usize];
         let own = if self.of == self.over { slots.len().min(self.own_lanes(cluster, slots)) } else { 0 };
         Near { slots, near: near_end as usize - start, own }
@@ -150,11 +150,6 @@ impl Lists {
     #[inline(always)]
     fn own_lanes(&self, cluster: usize, slots: &[u32]) -> usize {
         slots.iter().take(LANES).take_while(|&&slot| slot as usize / LANES == cluster).count()
-    }
-
-    /// All entries.
-    pub fn len(&self) -> usize {
-        self.chunks.iter().map(|chunk| chunk.slots.len()).sum()
     }
 
     pub fn bytes(&self) -> usize {
