@@ -10,7 +10,7 @@ pub enum Level {
     Portable,
     /// Four f64 at once, products and sums fused.
     Avx2,
-    /// Eight f64 at once.
+    /// Eight f64 at once, and masks.
     Avx512,
 }
 
@@ -50,7 +50,10 @@ impl Level {
         #[cfg(target_arch = "x86_64")]
         {
             let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-            if avx2 && is_x86_feature_detected!("avx512f") {
+            let avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl");
+            if avx2 && avx512 {
                 return Level::Avx512;
             }
             if avx2 {
@@ -62,11 +65,13 @@ impl Level {
 }
 
 /// Runs `work` at the best level of this processor.
+#[inline]
 pub fn at_best<W: Work>(work: W) -> W::Output {
     at_most(Level::Avx512, work)
 }
 
 /// Runs `work` at the best level of this processor that is not above `limit`.
+#[inline]
 pub fn at_most<W: Work>(limit: Level, work: W) -> W::Output {
     match Level::best().min(limit) {
         // SAFETY: `best` found the instructions of its level and of those below it.
@@ -86,7 +91,7 @@ fn with_avx2<W: Work>(work: W) -> W::Output {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,avx512f")]
+#[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
 fn with_avx512<W: Work>(work: W) -> W::Output {
     work.run(Level::Avx512)
 }

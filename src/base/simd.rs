@@ -8,6 +8,8 @@
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64::*;
 
+use crate::base::dispatch::{Level, Work, at_most};
+
 /// How many numbers.
 pub const LANES: usize = 8;
 
@@ -349,85 +351,34 @@ intrinsics!(Avx2, Pair, Pair, {
     }
 });
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn with_avx512<K: Kernel>(kernel: K) -> K::Out {
-    kernel.run(Avx512(()))
-}
+/// A kernel as work whose level tells which token may be made. Only [`at_most`] calls it, with a level that the processor has.
+struct AtLevel<K>(K);
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn with_avx2<K: Kernel>(kernel: K) -> K::Out {
-    kernel.run(Avx2(()))
-}
+impl<K: Kernel> Work for AtLevel<K> {
+    type Output = K::Out;
 
-/// The vectors of a processor, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Vectors {
-    Avx512,
-    Avx2,
-    Portable,
-}
-
-impl Vectors {
-    pub const ALL: [Vectors; 3] = [Vectors::Avx512, Vectors::Avx2, Vectors::Portable];
-
-    /// Whether this processor has them.
-    pub fn are_here(self) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        {
-            let avx2 = || {
-                is_x86_feature_detected!("avx2")
-                    && is_x86_feature_detected!("fma")
-                    && is_x86_feature_detected!("bmi1")
-                    && is_x86_feature_detected!("bmi2")
-                    && is_x86_feature_detected!("lzcnt")
-                    && is_x86_feature_detected!("popcnt")
-            };
-            let avx512 = || {
-                is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512bw")
-            };
-            match self {
-                Vectors::Avx512 => avx2() && avx512(),
-                Vectors::Avx2 => avx2(),
-                Vectors::Portable => true,
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        {
-            self == Vectors::Portable
+    #[inline(always)]
+    fn run(self, level: Level) -> K::Out {
+        match level {
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => self.0.run(Avx512(())),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => self.0.run(Avx2(())),
+            _ => self.0.run(Portable),
         }
     }
-
-    /// The widest of this processor.
-    pub fn widest() -> Vectors {
-        Vectors::ALL.into_iter().find(|vectors| vectors.are_here()).unwrap_or(Vectors::Portable)
-    }
-}
-
-/// Runs `kernel` with `vectors`, or with portable ones where this processor lacks them.
-#[inline]
-pub fn run_with<K: Kernel>(vectors: Vectors, kernel: K) -> K::Out {
-    #[cfg(target_arch = "x86_64")]
-    match vectors {
-        // SAFETY: the features of `with_avx512` were found.
-        Vectors::Avx512 if vectors.are_here() => return unsafe { with_avx512(kernel) },
-        // SAFETY: the features of `with_avx2` were found.
-        Vectors::Avx2 if vectors.are_here() => return unsafe { with_avx2(kernel) },
-        _ => {}
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = vectors;
-    kernel.run(Portable)
 }
 
 /// Runs `kernel` with the widest vectors of this processor.
 #[inline]
 pub fn dispatch<K: Kernel>(kernel: K) -> K::Out {
-    run_with(Vectors::widest(), kernel)
+    dispatch_at_most(Level::Avx512, kernel)
+}
+
+/// Runs `kernel` with the widest vectors of this processor that are not above `limit`.
+#[inline]
+pub fn dispatch_at_most<K: Kernel>(limit: Level, kernel: K) -> K::Out {
+    at_most(limit, AtLevel(kernel))
 }
 
 #[cfg(test)]
@@ -473,8 +424,8 @@ mod tests {
             let mut number = || (random.f64() + 0.1) * 10f64.powi(random.i32(-12..12));
             let numbers = std::array::from_fn(|_| std::array::from_fn(|_| number()));
             let plain = Everything(numbers).run(Portable);
-            for vectors in Vectors::ALL {
-                assert_eq!(run_with(vectors, Everything(numbers)), plain, "{vectors:?}");
+            for limit in [Level::Portable, Level::Avx2, Level::Avx512] {
+                assert_eq!(dispatch_at_most(limit, Everything(numbers)), plain, "{limit:?}");
             }
         }
     }

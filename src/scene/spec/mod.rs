@@ -3,31 +3,28 @@
 mod change;
 pub mod effects;
 pub mod fluid;
+mod groups;
+mod memory;
 mod sense;
 
 use serde::Deserialize;
 
 use crate::base::input::{Check, InputError};
 use crate::engine::kernel::Dimensions;
-use crate::engine::parameters::{self, AdaptiveTimeStep, Domain, Parameters, Property};
+use crate::engine::parameters::{self, AdaptiveTimeStep, Domain, Parameters};
 use crate::engine::particles::{InitialParticle, Kind};
-use crate::scene::geometry::{Fill, Geometry, Hydrostatics, MAX_LATTICE_POINTS, Placement};
+use crate::scene::geometry::{Geometry, Hydrostatics, Placement};
 use crate::scene::probe::{self, spec::ProbeSpec};
 use effects::EffectsSpec;
-use effects::rigid_bodies::FixedAxis;
 use effects::wall_motion::MotionSpec;
 use fluid::Fluid;
+pub use groups::GroupSpec;
+pub use memory::{BYTES_PER_BUCKET, BYTES_PER_PARTICLE};
 
 /// The version of the scene format.
 pub const SCHEMA: u32 = 1;
 /// The most steps a simulation may take.
 pub const MAX_STEPS: usize = 100_000_000;
-/// An upper estimate of the memory that a particle takes in one simulation, bytes: its columns, its share of the
-/// search, and a row of the pressure matrix with room for a crowded neighbourhood.
-pub const BYTES_PER_PARTICLE: usize = 3000;
-/// The same for a bucket: its list, and a row of the relocated copy as wide as a crowded bucket.
-pub const BYTES_PER_BUCKET: usize = 2000;
-
 /// A scene as its file describes it. Lengths, times and so on are SI; radii are in particle distances.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
@@ -86,32 +83,6 @@ fn half() -> f64 {
 
 fn a_fifth_more() -> f64 {
     1.2
-}
-
-/// What the particles of a group have of their own. What is not named is the fluid's.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[cfg_attr(feature = "driver", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct GroupSpec {
-    pub name: String,
-    pub density_kg_m3: Option<f64>,
-    pub kinematic_viscosity_m2_s: Option<f64>,
-    pub conductivity_w_m_k: Option<f64>,
-    pub heat_capacity_j_kg_k: Option<f64>,
-    pub thermal_diffusivity_m2_s: Option<f64>,
-    /// Of fluid at the start; of walls throughout, at their surface.
-    pub temperature_k: Option<f64>,
-    /// What enters the fluid through walls of the group; nothing where neither it nor a temperature is given.
-    pub heat_flux_w_m2: Option<f64>,
-    /// Of the passive scalar.
-    pub diffusivity_m2_s: Option<f64>,
-    /// Of fluid at the start; of walls throughout, at their surface.
-    pub concentration: Option<f64>,
-    /// How the group's walls move; `effects.wall_motion` must be named.
-    pub motion: Option<MotionSpec>,
-    /// The components of the group's body that are held at zero; `effects.rigid_bodies` must be named.
-    #[serde(default)]
-    pub fixed: Vec<FixedAxis>,
 }
 
 /// Influence radii in particle distances.
@@ -229,55 +200,6 @@ impl Scene {
         }
     }
 
-    /// Refuses a scene that would need more memory than there is: `copies` simulations of it at a time.
-    pub fn require_memory(&self, file: &str, copies: usize, available_bytes: u64) -> Result<(), InputError> {
-        let single = (self.geometry.particle.len() + self.reserve()) as f64;
-        let points = self.geometry.lattice_points(&self.placement(file)) + single;
-        let there = Check { file };
-        let allowed = format!("its lattice would have {points:.0} points: raise it, or shrink `domain`");
-        let few = points <= MAX_LATTICE_POINTS as f64;
-        there.require(few, "particle_distance_m", self.particle_distance_m, allowed)?;
-        self.require_memory_of(file, points, copies, available_bytes)
-    }
-
-    /// The same once the number of particles is known, which is smaller than that of the lattice's points.
-    pub fn require_memory_of(
-        &self,
-        file: &str,
-        particles: f64,
-        copies: usize,
-        available_bytes: u64,
-    ) -> Result<(), InputError> {
-        let buckets = self.buckets();
-        let per_particle = BYTES_PER_PARTICLE + self.effects.more_bytes_per_particle();
-        let bytes = particles * per_particle as f64 + buckets * BYTES_PER_BUCKET as f64;
-        let needed = bytes * copies as f64;
-        let gib = f64::from(1 << 30);
-        Check { file }.require(
-            needed <= available_bytes as f64,
-            "particle_distance_m",
-            self.particle_distance_m,
-            format!(
-                "up to {particles:.0} particles in {buckets:.0} buckets would need up to {:.1} GiB and {:.1} GiB are \
-                 available: raise it, or shrink `domain`",
-                needed / gib,
-                available_bytes as f64 / gib
-            ),
-        )
-    }
-
-    /// An upper estimate of the number of buckets.
-    fn buckets(&self) -> f64 {
-        let radii = &self.radii;
-        let side = radii.number_density.max(radii.gradient).max(radii.laplacian) * self.particle_distance_m;
-        let (low, high) = self.geometry.bounds(&self.placement(""));
-        let margins = 2.0 * self.domain.margin_m;
-        let headroom = [0.0, self.domain.headroom_m, 0.0];
-        (0..self.dimensions as usize)
-            .map(|d| ((high[d] - low[d] + margins + headroom[d]) / side).floor() + 3.0)
-            .product()
-    }
-
     fn engine_dimensions(&self) -> Dimensions {
         if self.dimensions == 2 { Dimensions::Two } else { Dimensions::Three }
     }
@@ -285,98 +207,6 @@ impl Scene {
     /// Along which axes the scene repeats itself.
     pub fn periodic(&self) -> [bool; 3] {
         [Axis::X, Axis::Y, Axis::Z].map(|axis| self.domain.periodic.contains(&axis))
-    }
-
-    /// A property of the fluid, or of each group if one has a value of its own.
-    pub fn property(&self, of_fluid: f64, of_group: impl Fn(&GroupSpec) -> Option<f64>) -> Property {
-        if self.group.iter().all(|group| of_group(group).is_none()) {
-            return Property::Uniform(of_fluid);
-        }
-        let value = |name: &String| {
-            let named = self.group.iter().find(|group| group.name == *name);
-            named.and_then(&of_group).unwrap_or(of_fluid)
-        };
-        Property::ByGroup(self.group_names().iter().map(value).collect())
-    }
-
-    /// What `of` makes of each group, in the order of their numbers.
-    pub fn by_group<V>(&self, of: impl Fn(Option<&GroupSpec>) -> V) -> Vec<V> {
-        let named = |name: &String| self.group.iter().find(|group| group.name == *name);
-        self.group_names().iter().map(|name| of(named(name))).collect()
-    }
-
-    /// Gives every particle the temperature and the concentration of its group, or else of the effect's table.
-    fn set_carried(&self, particles: &mut [InitialParticle]) {
-        let temperatures = self.by_group(|group| group.and_then(|group| group.temperature_k));
-        let concentrations = self.by_group(|group| group.and_then(|group| group.concentration));
-        let own = |values: &[Option<f64>], group: u8| values.get(group as usize).copied().flatten();
-        for particle in particles {
-            if let Some(heat) = &self.effects.heat {
-                particle.temperature = own(&temperatures, particle.group).unwrap_or(heat.initial_k);
-            }
-            if let Some(scalar) = &self.effects.scalar {
-                particle.concentration = own(&concentrations, particle.group).unwrap_or(scalar.initial);
-            }
-        }
-    }
-
-    /// Refuses groups that effects name and the scene does not.
-    fn check_groups(&self, check: Check<'_>) -> Result<(), InputError> {
-        for (k, group) in self.group.iter().enumerate() {
-            if let Some(value) = group.kinematic_viscosity_m2_s {
-                check.not_negative(&format!("group[{k}].kinematic_viscosity_m2_s"), value)?;
-            }
-        }
-        if let Some(name) = self.effects.rheology.as_ref().and_then(|rheology| rheology.group.as_ref()) {
-            let known = self.group.iter().map(|group| group.name.clone()).collect::<Vec<_>>();
-            let allowed = format!("allowed are the names of `[[group]]` tables: {}", known.join(", "));
-            check.require(known.contains(name), "effects.rheology.group", format!("`{name}`"), allowed)?;
-        }
-        Ok(())
-    }
-
-    /// The number of a group, if particles may belong to it.
-    pub fn group_number(&self, name: &str) -> Option<u8> {
-        self.group_names().iter().position(|known| known == name).and_then(|k| u8::try_from(k).ok())
-    }
-
-    /// The groups by number; the first is that of particles whose region names none.
-    fn group_names(&self) -> Vec<String> {
-        let names = self.geometry.group_names();
-        if names.len() > 1 { names } else { Vec::new() }
-    }
-
-    /// Refuses motions that nothing carries out.
-    fn check_motions(&self, check: Check<'_>) -> Result<(), InputError> {
-        let names = self.group_names();
-        for (k, group) in self.group.iter().enumerate() {
-            let key = format!("group[{k}].motion");
-            let Some(motion) = &group.motion else { continue };
-            motion.check(check, &key)?;
-            let allowed = "name `[effects.wall_motion]` as well, or leave the motion out";
-            check.require(self.effects.wall_motion.is_some(), &key, "given without its effect", allowed)?;
-            let (key, allowed) = (format!("group[{k}].name"), "allowed with a motion are groups of regions");
-            check.require(names.contains(&group.name), &key, format!("`{}`", group.name), allowed)?;
-        }
-        let moves = self.group.iter().any(|group| group.motion.is_some());
-        let allowed = "give a `[[group]]` a `motion`, or leave this one out";
-        let idle = self.effects.wall_motion.is_some() && !moves;
-        check.require(!idle, "effects.wall_motion", "named where no group moves", allowed)
-    }
-
-    /// Refuses bodies that nothing keeps rigid.
-    fn check_bodies(&self, check: Check<'_>) -> Result<(), InputError> {
-        let named = self.effects.rigid_bodies.is_some();
-        let allowed = "name `[effects.rigid_bodies]` as well, or leave it out";
-        for (k, region) in self.geometry.region.iter().enumerate() {
-            let key = format!("geometry.region[{k}].fill");
-            check.require(named || region.fill != Fill::Body, &key, "`body` without its effect", allowed)?;
-        }
-        for (k, group) in self.group.iter().enumerate() {
-            let key = format!("group[{k}].fixed");
-            check.require(named || group.fixed.is_empty(), &key, "given without its effect", allowed)?;
-        }
-        Ok(())
     }
 
     /// How many particles wait to be let in.

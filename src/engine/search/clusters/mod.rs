@@ -108,7 +108,13 @@ impl Clusters {
         self.slots.gather(section, positions);
     }
 
-    /// Makes all lists from the particles at `positions`.
+    /// Whether the same particles are walls and dummy walls as when lists were made.
+    fn walls_are_those_of(&self, kinds: &[Kind]) -> bool {
+        let wall = |kind: &Kind| section_of(*kind).filter(|&section| section != Section::Mobile);
+        self.kind.iter().map(wall).eq(kinds.iter().map(wall))
+    }
+
+    /// Makes all lists from the particles at `positions`; those among walls, if `walls_too`.
     fn build_at(&mut self, kinds: &[Kind], positions: &[Vec3], walls_too: bool, team: Team<'_>) {
         if walls_too || self.kind != kinds {
             self.kind.clear();
@@ -116,7 +122,13 @@ impl Clusters {
             let counts =
                 Section::ALL.map(|s| kinds.iter().filter(|&&kind| section_of(kind) == Some(s)).count());
             self.slots.lay_out(counts, kinds.len());
-            self.slots.of_particle.fill(NONE);
+            for (slot, &kind) in self.slots.of_particle.iter_mut().zip(kinds) {
+                if section_of(kind).is_none() {
+                    *slot = NONE;
+                }
+            }
+        }
+        if walls_too {
             self.build_static(positions, team);
         }
         self.sort(Section::Mobile, positions);
@@ -224,9 +236,10 @@ impl CandidateSearch for Clusters {
             self.build_at(&kind, &built_at, true, team);
             self.built = self.generation;
         }
-        let same = self.built == self.generation && self.kind == now.kind && !now.walls_moved;
+        let walls_rest =
+            self.built == self.generation && !now.walls_moved && self.walls_are_those_of(now.kind);
         self.built = self.generation;
-        if same {
+        if walls_rest && self.kind == now.kind {
             self.moved_m = self.furthest(now.position);
             if now.radius_m == self.lengths.large_m {
                 self.called_for = self.called_for.min(2.0 * self.moved_m / self.lengths.particle_distance_m);
@@ -241,7 +254,7 @@ impl CandidateSearch for Clusters {
         self.called_for = f64::INFINITY;
         self.generation += 1;
         self.built = self.generation;
-        self.build_at(now.kind, now.position, !same, team);
+        self.build_at(now.kind, now.position, !walls_rest, team);
     }
 
     fn reaches(&self, radius_m: f64) -> bool {
