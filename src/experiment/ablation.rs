@@ -135,7 +135,7 @@ impl Ablation<'_> {
         let experiment = Experiment {
             schema: SCHEMA,
             id: format!("{PREFIX}{}", loaded.name),
-            title: format!("The effects of `{}`, one by one", loaded.name),
+            title: format!("The effects of {}, one by one", loaded.name),
             question: "What does each effect that the scene names cost in time and memory, and what does it change?"
                 .to_string(),
             analysis: "Each effect removed from the whole scene, with what cannot be without it, and each added to the \

@@ -214,7 +214,7 @@ pub fn claim_rows<'a>(measured: &Measured, judged: &'a [Judged]) -> Vec<ClaimRow
 /// The claims for people.
 pub fn claims_view(judged: &[Judged]) -> TableView {
     let mut view = TableView::new(
-        "Each claim with its verdict, the paper's number, ours [95 % interval] and the rule.",
+        "Each claim with its verdict, the paper's number, ours [95 % interval] (of seconds, the range of rounds) and the rule.",
         &["", "verdict", "claim", "paper", "here", "rule"],
     );
     for j in judged {

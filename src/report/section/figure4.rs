@@ -70,7 +70,8 @@ fn figure4(measured: &Measured) -> Figure {
         title: "Figure 4: time against the number of threads".to_string(),
         description: "Left: seconds of the whole run and of its part outside CG against the number of threads, with \
                       and without relocation, bars spanning all rounds, and the lines of ideal scaling. Right: parallel \
-                      efficiency, the speed-up over one thread of the same search divided by the number of threads; \
+                      efficiency, the speed-up over one thread of the same search divided by the number of threads, with \
+                      95 % intervals; \
                       stars are the two largest speed-ups that the paper prints, the only numbers it gives."
             .to_string(),
         panels: vec![

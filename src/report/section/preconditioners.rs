@@ -123,7 +123,7 @@ impl Solves<'_> {
         Figure {
             title: "Preconditioners of the pressure solve".to_string(),
             description: "Iterations a step, and time in CG over that of plain CG with values in f64, by preconditioner, \
-                          number of particles and precision of the matrix; bars span all rounds."
+                          number of particles and precision of the matrix, with 95 % intervals."
                 .to_string(),
             panels: vec![
                 panel("iterations", "iterations a step", &iterations),
