@@ -42,7 +42,7 @@ fn neighbors_in<C: CandidateSearch, T: DistanceTest>(
     let lengths = Lengths { particle_distance_m: 0.1, small_m: 0.21, large_m: LARGEST_RADIUS };
     let mut candidates = C::new(&grid, lengths, positions.len());
     let mut buckets = Buckets { grid, of_particle: vec![NONE; positions.len()] };
-    buckets.assign(&vec![Kind::Fluid; positions.len()], positions, Team::SERIAL);
+    buckets.assign(&vec![Kind::Fluid; positions.len()], positions, true, Team::SERIAL);
     let kind = |&bucket: &u32| if bucket == NONE { Kind::Ghost } else { Kind::Fluid };
     let kind: Vec<Kind> = buckets.of_particle.iter().map(kind).collect();
     let now = Now { kind: &kind, position: positions, radius_m: LARGEST_RADIUS, walls_moved: false };

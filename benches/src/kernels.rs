@@ -60,7 +60,7 @@ fn search<C: CandidateSearch + 'static>(criterion: &mut Criterion, scene: &Scene
     let Scene { parameters, particles, workers } = scene;
     let columns = Particles::new(particles, workers);
     let mut buckets = Buckets { grid: scene.grid(), of_particle: vec![NONE; particles.len()] };
-    buckets.assign(&columns.kind, &columns.position, workers.scheduled());
+    buckets.assign(&columns.kind, &columns.position, true, workers.scheduled());
     let mut candidates = C::new(&buckets.grid, parameters.lengths(), particles.len());
     let mut group = criterion.benchmark_group(name);
     let radius_m = parameters.largest_radius_m();

@@ -2,7 +2,7 @@
 //!
 //! A [`Kernel`] is written once over [`Simd`], compiled once for each kind of processor, and [`dispatch`] runs the version
 //! for this one. A `Simd` is a token: it exists only where the processor was asked for what its operations need, so that
-//! they are safe to call. [`Portable`] is plain Rust, the twin that the others are tested against, and what NEON runs.
+//! they are safe to call. [`Portable`] is plain Rust, the twin that the others are tested against; the compiler makes NEON of it.
 //! Every operation is rounded as IEEE 754 says, fused ones once, so that all give the same bits.
 
 #[cfg(target_arch = "x86_64")]
@@ -47,24 +47,26 @@ pub trait Simd: Copy + Send + Sync {
     fn bits(self, mask: Self::M) -> u8;
     /// The lanes of a number's bits.
     fn mask(self, bits: u8) -> Self::M;
+    /// Writes `first + k` for every bit k, one behind the other, and tells how many; what stands behind them, eight numbers
+    /// in all, is written over.
+    fn compress(self, first: u32, bits: u8, to: &mut [u32]) -> usize;
     /// `1 / sqrt(a)` to 3.5 %, by halving the exponent.
     fn guess_reciprocal_sqrt(self, a: Self::F) -> Self::F;
 
     /// `1 / sqrt(a)` of normal positive numbers to two units in the last place; of zero more than 1e150.
     ///
-    /// Two steps of third and one of second order of Householder's iteration in `e = 1 - a y^2`.
+    /// Two steps of fourth order of Householder's iteration in `e = 1 - a y^2`: from 3.5 % to 7e-6, and to rounding.
     #[inline(always)]
     fn reciprocal_sqrt(self, a: Self::F) -> Self::F {
-        let y = self.closer(a, self.closer(a, self.guess_reciprocal_sqrt(a)));
-        let e = self.neg_mul_add(self.mul(a, y), y, self.splat(1.0));
-        self.mul_add(self.mul(e, y), self.splat(0.5), y)
+        self.closer(a, self.closer(a, self.guess_reciprocal_sqrt(a)))
     }
 
-    /// A step of third order from `y` towards `1 / sqrt(a)`.
+    /// A step of fourth order from `y` towards `1 / sqrt(a)`.
     #[inline(always)]
     fn closer(self, a: Self::F, y: Self::F) -> Self::F {
         let e = self.neg_mul_add(self.mul(a, y), y, self.splat(1.0));
-        self.mul_add(self.mul(e, y), self.mul_add(e, self.splat(0.375), self.splat(0.5)), y)
+        let series = self.mul_add(e, self.splat(0.3125), self.splat(0.375));
+        self.mul_add(self.mul(e, y), self.mul_add(e, series, self.splat(0.5)), y)
     }
 
     /// The sum of a product's three components, `a . b`.
@@ -108,85 +110,96 @@ const GUESS: u64 = 0x5FE6_EB50_C7B5_37A9;
 #[derive(Debug, Clone, Copy)]
 pub struct Portable;
 
+/// [`Simd::compress`] without vectors.
+#[inline(always)]
+fn compress(first: u32, bits: u8, to: &mut [u32]) -> usize {
+    let to = &mut to[..LANES];
+    let mut count = 0;
+    for k in 0..LANES {
+        to[count & (LANES - 1)] = first + k as u32;
+        count += usize::from(bits >> k & 1);
+    }
+    count
+}
+
 #[inline(always)]
 fn each(f: impl FnMut(usize) -> f64) -> [f64; LANES] {
     std::array::from_fn(f)
 }
 
-impl Simd for Portable {
-    type F = [f64; LANES];
-    type M = [bool; LANES];
+/// Makes [`Portable`]'s operations. They are inlined where the processor's own vectors are meant, on AArch64; a processor of
+/// the other kind that has neither AVX2 nor AVX-512 is too old for speed to matter, and calls make the program smaller.
+macro_rules! plain {
+    ($(fn $name:ident($($arg:ident: $type:ty),*) $(-> $out:ty)? $body:block)+) => {
+        impl Simd for Portable {
+            type F = [f64; LANES];
+            type M = [bool; LANES];
 
-    #[inline(never)]
-    fn splat(self, value: f64) -> Self::F {
+            $(
+                #[cfg_attr(target_arch = "aarch64", inline(always))]
+                #[cfg_attr(not(target_arch = "aarch64"), inline(never))]
+                fn $name(self, $($arg: $type),*) $(-> $out)? $body
+            )+
+        }
+    };
+}
+
+plain! {
+    fn splat(value: f64) -> [f64; LANES] {
         [value; LANES]
     }
-    #[inline(never)]
-    fn load(self, from: &[f64; LANES]) -> Self::F {
+    fn load(from: &[f64; LANES]) -> [f64; LANES] {
         *from
     }
-    #[inline(never)]
-    fn store(self, value: Self::F, to: &mut [f64; LANES]) {
+    fn store(value: [f64; LANES], to: &mut [f64; LANES]) {
         *to = value;
     }
-    #[inline(never)]
-    fn load_narrow(self, from: &[f32; LANES]) -> Self::F {
+    fn load_narrow(from: &[f32; LANES]) -> [f64; LANES] {
         each(|k| f64::from(from[k]))
     }
-    #[inline(never)]
-    fn store_narrow(self, value: Self::F, to: &mut [f32; LANES]) {
+    fn store_narrow(value: [f64; LANES], to: &mut [f32; LANES]) {
         *to = value.map(|v| v as f32);
     }
-    #[inline(never)]
-    fn add(self, a: Self::F, b: Self::F) -> Self::F {
+    fn add(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each(|k| a[k] + b[k])
     }
-    #[inline(never)]
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
+    fn sub(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each(|k| a[k] - b[k])
     }
-    #[inline(never)]
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
+    fn mul(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each(|k| a[k] * b[k])
     }
-    #[inline(never)]
-    fn mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+    fn mul_add(a: [f64; LANES], b: [f64; LANES], c: [f64; LANES]) -> [f64; LANES] {
         each(|k| a[k].mul_add(b[k], c[k]))
     }
-    #[inline(never)]
-    fn neg_mul_add(self, a: Self::F, b: Self::F, c: Self::F) -> Self::F {
+    fn neg_mul_add(a: [f64; LANES], b: [f64; LANES], c: [f64; LANES]) -> [f64; LANES] {
         each(|k| (-a[k]).mul_add(b[k], c[k]))
     }
-    #[inline(never)]
-    fn min(self, a: Self::F, b: Self::F) -> Self::F {
+    fn min(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each(|k| if a[k] < b[k] { a[k] } else { b[k] })
     }
-    #[inline(never)]
-    fn below(self, a: Self::F, b: Self::F) -> Self::M {
+    fn below(a: [f64; LANES], b: [f64; LANES]) -> [bool; LANES] {
         std::array::from_fn(|k| a[k] < b[k])
     }
-    #[inline(never)]
-    fn keep(self, mask: Self::M, a: Self::F) -> Self::F {
+    fn keep(mask: [bool; LANES], a: [f64; LANES]) -> [f64; LANES] {
         each(|k| if mask[k] { a[k] } else { 0.0 })
     }
-    #[inline(never)]
-    fn select(self, mask: Self::M, a: Self::F, b: Self::F) -> Self::F {
+    fn select(mask: [bool; LANES], a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each(|k| if mask[k] { a[k] } else { b[k] })
     }
-    #[inline(never)]
-    fn both(self, a: Self::M, b: Self::M) -> Self::M {
+    fn both(a: [bool; LANES], b: [bool; LANES]) -> [bool; LANES] {
         std::array::from_fn(|k| a[k] & b[k])
     }
-    #[inline]
-    fn bits(self, mask: Self::M) -> u8 {
+    fn bits(mask: [bool; LANES]) -> u8 {
         (0..LANES).fold(0, |bits, k| bits | u8::from(mask[k]) << k)
     }
-    #[inline(never)]
-    fn mask(self, bits: u8) -> Self::M {
+    fn mask(bits: u8) -> [bool; LANES] {
         std::array::from_fn(|k| bits >> k & 1 == 1)
     }
-    #[inline(never)]
-    fn guess_reciprocal_sqrt(self, a: Self::F) -> Self::F {
+    fn compress(first: u32, bits: u8, to: &mut [u32]) -> usize {
+        compress(first, bits, to)
+    }
+    fn guess_reciprocal_sqrt(a: [f64; LANES]) -> [f64; LANES] {
         a.map(|a| f64::from_bits(GUESS.wrapping_sub(a.to_bits() >> 1)))
     }
 }
@@ -269,6 +282,13 @@ intrinsics!(Avx512, __m512d, __mmask8, {
     fn mask(bits: u8) -> __mmask8 {
         bits
     }
+    fn compress(first: u32, bits: u8, to: &mut [u32]) -> usize {
+        let to = &mut to[..LANES];
+        let all =
+            _mm256_add_epi32(_mm256_set1_epi32(first as i32), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+        _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(bits, all));
+        bits.count_ones() as usize
+    }
     fn guess_reciprocal_sqrt(a: __m512d) -> __m512d {
         let halved = _mm512_srli_epi64::<1>(_mm512_castpd_si512(a));
         _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(GUESS as i64), halved))
@@ -340,6 +360,9 @@ intrinsics!(Avx2, Pair, Pair, {
         let high = _mm256_slli_epi64::<4>(low);
         [low, high].map(|lanes| _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, lanes), lanes)))
     }
+    fn compress(first: u32, bits: u8, to: &mut [u32]) -> usize {
+        compress(first, bits, to)
+    }
     fn guess_reciprocal_sqrt(a: Pair) -> Pair {
         let guess = _mm256_set1_epi64x(GUESS as i64);
         let [low, high] = [_mm256_castpd_si256(a[0]), _mm256_castpd_si256(a[1])];
@@ -389,7 +412,7 @@ mod tests {
     struct Everything([[f64; LANES]; 3]);
 
     impl Kernel for Everything {
-        type Out = (Vec<[u64; LANES]>, u8);
+        type Out = (Vec<[u64; LANES]>, u8, Vec<u32>);
 
         #[inline(always)]
         fn run<S: Simd>(self, s: S) -> Self::Out {
@@ -413,7 +436,9 @@ mod tests {
                 s.dot([a, b, c], [c, a, b]),
             ];
             let bits = results.map(|value| s.array(value).map(f64::to_bits));
-            (bits.to_vec(), s.bits(below))
+            let mut packed = [0; LANES];
+            let count = s.compress(7, s.bits(below), &mut packed);
+            (bits.to_vec(), s.bits(below), packed[..count].to_vec())
         }
     }
 

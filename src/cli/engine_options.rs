@@ -42,7 +42,8 @@ pub struct EngineOptions {
     /// Precision of the pressure's matrix beside its diagonal: f64 or f32 [default: the preset's]
     #[arg(long)]
     matrix_values: Option<MatrixValues>,
-    /// Walks over the pairs of one radius: shared by all effects, or separate [default: the preset's]
+    /// Walks over the pairs of one radius: separate, shared by all effects, or joined: shared, with room for those that
+    /// are not named [default: the preset's]
     #[arg(long)]
     pair_terms: Option<PairTerms>,
     /// Who runs the conjugate gradient method

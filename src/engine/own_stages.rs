@@ -22,6 +22,7 @@ use crate::engine::search::periodic::Periodic;
 use crate::engine::search::soa::Soa;
 use crate::engine::search::sorted_particles::SortedParticles;
 use crate::engine::search::{CandidateSearch, DistanceTest};
+use crate::engine::shared_walk::SharedWalk;
 use crate::engine::stage::{Stage, State};
 use crate::engine::terms::PairPass;
 
@@ -32,6 +33,11 @@ pub trait OwnStages: CandidateSearch + 'static {
     /// A viscosity that is the same everywhere.
     fn viscosity<T: DistanceTest>(term: ExplicitViscosity, parameters: &Parameters) -> Boxed<Self, T> {
         Box::new(PairPass { term, radius_m: parameters.laplacian_radius_m(), phase: Phase::Viscosity })
+    }
+
+    /// What shares one walk.
+    fn shared_walk<T: DistanceTest>(shared: SharedWalk, parameters: &Parameters) -> Boxed<Self, T> {
+        shared.stage(parameters)
     }
 
     fn collisions<T: DistanceTest>(
@@ -66,6 +72,13 @@ impl<C: OwnStages> OwnStages for Periodic<C> {}
 impl OwnStages for Clusters {
     fn viscosity<T: DistanceTest>(term: ExplicitViscosity, parameters: &Parameters) -> Boxed<Self, T> {
         Box::new(ClusterViscosity::new(term, parameters.laplacian_radius_m()))
+    }
+
+    fn shared_walk<T: DistanceTest>(shared: SharedWalk, parameters: &Parameters) -> Boxed<Self, T> {
+        match ClusterViscosity::with_diffusion(shared, parameters) {
+            Some(stage) => Box::new(stage),
+            None => shared.stage(parameters),
+        }
     }
 
     fn collisions<T: DistanceTest>(

@@ -61,8 +61,11 @@ pub struct Options {
 pub enum PairTerms {
     /// Once for each effect, as the textbook's separate passes are.
     Separate,
-    /// Once for all effects of that radius.
+    /// Once for all effects of that radius, where there are two or more.
     Shared,
+    /// As `Shared`, by a step composed for every effect, even where a scene names the textbook's alone: with relocation and
+    /// against `Separate` it shows what effects cost that are compiled in but not named.
+    Joined,
 }
 
 /// The most buckets that a radius may reach across: a walk then visits 729.
@@ -129,6 +132,7 @@ impl fmt::Display for PairTerms {
         f.write_str(match self {
             PairTerms::Separate => "separate",
             PairTerms::Shared => "shared",
+            PairTerms::Joined => "joined",
         })
     }
 }
@@ -140,7 +144,8 @@ impl FromStr for PairTerms {
         match text {
             "separate" => Ok(PairTerms::Separate),
             "shared" => Ok(PairTerms::Shared),
-            _ => Err(format!("`{text}` is no way to walk: allowed are `separate` or `shared`")),
+            "joined" => Ok(PairTerms::Joined),
+            _ => Err(format!("`{text}` is no way to walk: allowed are `separate`, `shared` or `joined`")),
         }
     }
 }

@@ -46,6 +46,7 @@ impl SharedWalk {
         let count = [viscosity, temperature, concentration, tension].map(usize::from).iter().sum::<usize>();
         match options.pair_terms {
             PairTerms::Shared if count > 1 => members,
+            PairTerms::Joined if count > 0 => members,
             _ => SharedWalk { viscosity: false, temperature: false, concentration: false, tension: false },
         }
     }

@@ -20,7 +20,7 @@ use crate::engine::own_stages::OwnStages;
 use crate::engine::parameters::Parameters;
 use crate::engine::particles::{InitialParticle, Particles};
 use crate::engine::phase::{Phase, Probe};
-use crate::engine::preset::{Options, Search, Test};
+use crate::engine::preset::{Options, PairTerms, Search, Test};
 use crate::engine::pressure::PressureReport;
 use crate::engine::pressure::conjugate_gradient::CgInfo;
 use crate::engine::search::aos_relocation::AosRelocation;
@@ -89,7 +89,7 @@ fn stages<C: OwnStages, T: DistanceTest>(
     options: &Options,
     state: &State<C>,
 ) -> Vec<Box<dyn Stage<C, T>>> {
-    if parameters.effects.are_the_textbooks() {
+    if parameters.effects.are_the_textbooks() && options.pair_terms != PairTerms::Joined {
         return textbook_stages(parameters, options, state);
     }
     let effects = &parameters.effects;
@@ -109,7 +109,7 @@ fn stages<C: OwnStages, T: DistanceTest>(
     }
     let shared = SharedWalk::of(parameters, options);
     if !shared.viscosity && !shared.is_empty() {
-        stages.push(shared.stage(parameters));
+        stages.push(C::shared_walk(shared, parameters));
     }
     if let Some(heat) = effects.heat.as_ref().filter(|_| !shared.temperature) {
         stages.push(diffusion::stage::<C, T>(Carried::Temperature, heat, parameters));
@@ -279,6 +279,7 @@ pub struct Start<'a> {
 
 /// Builds the simulation that `parameters` describe, computed as `options` say by `workers`. Roots before the distance test
 /// are the paper's own way: they are compiled for the textbook's effects and its two searches; all else compares squares.
+/// Effects beyond the textbook's are compiled for relocation and clusters, and once for all other searches behind a pointer.
 pub fn build(
     parameters: &Parameters,
     options: &Options,
@@ -295,8 +296,8 @@ pub fn build(
         Search::AosRelocation if root_first => {
             composed(AosRelocation::new, textbook_stages::<AosRelocation, RootFirst>, plan)
         }
-        Search::LinkedList => with_ends::<LinkedList>(plan),
-        Search::AosRelocation => with_ends::<AosRelocation>(plan),
+        Search::AosRelocation => relocated(plan),
+        Search::LinkedList => another::<LinkedList, Periodic<LinkedList>>(textbook, plan),
         Search::BruteForce => another::<BruteForce, Periodic<BruteForce>>(textbook, plan),
         Search::CellList => another::<CellList, Periodic<CellList>>(textbook, plan),
         Search::SortedParticles => another::<SortedParticles, Periodic<SortedParticles>>(textbook, plan),
@@ -304,7 +305,7 @@ pub fn build(
         Search::Soa => another::<Soa, Periodic<Soa>>(textbook, plan),
         Search::Aosoa => another::<Aosoa, Periodic<Aosoa>>(textbook, plan),
         // Walks across periodic ends have no clusters yet: relocation serves them.
-        Search::Clusters if plan.0.domain.periodic != [false; 3] => with_ends::<AosRelocation>(plan),
+        Search::Clusters if plan.0.domain.periodic != [false; 3] => relocated(plan),
         Search::Clusters => composed(Clusters::new, stages::<Clusters, SquaredFirst>, plan),
     }
 }
@@ -318,11 +319,11 @@ type MakeSearch<C> = fn(&Grid, Lengths, usize) -> C;
 /// Makes the stages of a step.
 type Stages<C, T> = fn(&Parameters, &Options, &State<C>) -> Vec<Box<dyn Stage<C, T>>>;
 
-/// All effects with a search that they are compiled for.
-fn with_ends<C: OwnStages>(plan: Plan<'_>) -> Result<Box<dyn Simulation>, BadDomain> {
+/// All effects with relocation.
+fn relocated(plan: Plan<'_>) -> Result<Box<dyn Simulation>, BadDomain> {
     match plan.0.domain.periodic {
-        [false, false, false] => composed(C::new, stages::<C, SquaredFirst>, plan),
-        _ => composed(Periodic::<C>::new, stages::<Periodic<C>, SquaredFirst>, plan),
+        [false, false, false] => composed(AosRelocation::new, stages::<AosRelocation, SquaredFirst>, plan),
+        _ => composed(Periodic::new, stages::<Periodic<AosRelocation>, SquaredFirst>, plan),
     }
 }
 

@@ -62,6 +62,8 @@ pub struct State<C> {
     buckets: Buckets,
     /// Whether the buckets are those of the present positions.
     fresh: bool,
+    /// Whether walls, which mostly rest, have been sorted into buckets.
+    walls_assigned: bool,
 }
 
 impl<C: CandidateSearch> State<C> {
@@ -101,6 +103,7 @@ impl<C: CandidateSearch> State<C> {
             walls_moved: false,
             viscosity: None,
             fresh: false,
+            walls_assigned: false,
         }
     }
 
@@ -140,7 +143,9 @@ impl<C: CandidateSearch> State<C> {
             self.bring_back_into_period();
         }
         let Particles { kind, position, .. } = &self.particles;
-        let assigned = self.buckets.assign(kind, position, self.workers.scheduled());
+        let walls_too = self.walls_moved || !self.walls_assigned;
+        let assigned = self.buckets.assign(kind, position, walls_too, self.workers.scheduled());
+        self.walls_assigned = true;
         if let Some(particle) = assigned.not_finite {
             let (step, phase) = (self.step, Phase::BucketBuild);
             return Err(SimulationError::NotFinite { step, phase, particle, quantity: "position" });
@@ -180,7 +185,7 @@ impl<C: CandidateSearch> State<C> {
         visitor("time", Column::Number(&mut self.time_s));
         visitor("time_step", Column::Number(&mut self.time_step_s));
         self.candidates.visit(visitor);
-        self.fresh = false;
+        (self.fresh, self.walls_assigned) = (false, false);
     }
 
     /// Turns particles that are in no bucket into ghosts: out of all sums for good, velocity and pressure zero.

@@ -54,7 +54,7 @@ pub fn stages<C: OwnStages, T: DistanceTest>(
     }
     if let Some(viscosity) = &parameters.effects.viscosity {
         stages.push(if shared.viscosity {
-            shared.stage(parameters)
+            C::shared_walk(shared, parameters)
         } else {
             explicit(viscosity, parameters)
         });

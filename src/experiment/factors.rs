@@ -47,6 +47,8 @@ pub struct Factors {
     pub preconditioner: Vec<String>,
     #[serde(default)]
     pub matrix_values: Vec<String>,
+    #[serde(default)]
+    pub pair_terms: Vec<String>,
     /// Ids of the experiment's schemes: changes to the scene that variants of one group differ by.
     #[serde(default)]
     pub scheme: Vec<String>,
@@ -120,6 +122,7 @@ impl Factors {
             ("cg", &self.cg),
             ("preconditioner", &self.preconditioner),
             ("matrix_values", &self.matrix_values),
+            ("pair_terms", &self.pair_terms),
             ("scheme", &self.scheme),
         ];
         // Lists that are gone through together may repeat a value.
@@ -155,20 +158,11 @@ impl Factors {
 
     /// The number of variants, without making them.
     pub(super) fn combinations(&self) -> usize {
-        let texts = [
-            &self.preset,
-            &self.distance_test,
-            &self.memory_order,
-            &self.storage,
-            &self.schedule,
-            &self.cg,
-            &self.preconditioner,
-            &self.matrix_values,
-            &self.scheme,
-        ];
-        let lengths = texts.map(Vec::len).into_iter();
-        let lengths = lengths.chain([self.buckets_per_radius.len(), self.cg_tolerance.len()]);
-        lengths.fold(1, |product: usize, length| product.saturating_mul(length.max(1)))
+        let zipped = |axis: &&Axis<'_>| self.zip.contains(&axis.setting);
+        let axes = self.axes();
+        let together = axes.iter().filter(zipped).map(|axis| axis.length).min().unwrap_or(1);
+        let apart = axes.iter().filter(|axis| !zipped(axis)).map(|axis| axis.length.max(1));
+        apart.fold(together, usize::saturating_mul)
     }
 
     /// The ways to compute a step that the group compares.
@@ -191,6 +185,7 @@ impl Factors {
         vec![
             axis(Setting::Scheme, &self.scheme, |v, scheme| v.scheme = scheme),
             axis(Setting::CgTolerance, &self.cg_tolerance, |v, tolerance| v.cg_tolerance = tolerance),
+            axis(Setting::PairTerms, &self.pair_terms, |v, terms| v.pair_terms = terms),
             axis(Setting::MatrixValues, &self.matrix_values, |v, values| v.matrix_values = values),
             axis(Setting::Preconditioner, &self.preconditioner, |v, name| v.preconditioner = name),
             axis(Setting::Cg, &self.cg, |v, cg| v.cg = cg),
@@ -279,6 +274,7 @@ mod tests {
                     storage = [\"ell\", \"csr\"]\ncg_tolerance = [1e-2, 1e-8]\nzip = [\"storage\", \"cg_tolerance\"]";
         let factors: Factors = toml::from_str(text).unwrap();
         factors.check_zip(Check { file: "" }, "zip").unwrap();
+        assert_eq!(factors.combinations(), 4);
         let found = factors.variants(&Variant::default());
         let found: Vec<_> = found.iter().map(|v| (v.storage.as_str(), v.cg_tolerance)).collect();
         assert_eq!(found, [("ell", 1e-2), ("ell", 1e-2), ("csr", 1e-8), ("csr", 1e-8)]);

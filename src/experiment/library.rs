@@ -6,7 +6,7 @@ use crate::base::input::{Check, InputError};
 use crate::experiment::spec::Experiment;
 
 /// Name and text of each experiment, in the order of the report.
-const EXPERIMENTS: [(&str, &str); 18] = [
+const EXPERIMENTS: [(&str, &str); 19] = [
     ("table2", include_str!("../../experiments/table2.toml")),
     ("figure4", include_str!("../../experiments/figure4.toml")),
     ("memory-order", include_str!("../../experiments/memory-order.toml")),
@@ -18,6 +18,7 @@ const EXPERIMENTS: [(&str, &str); 18] = [
     ("layouts", include_str!("../../experiments/layouts.toml")),
     ("twin", include_str!("../../experiments/twin.toml")),
     ("effects-cost", include_str!("../../experiments/effects-cost.toml")),
+    ("unnamed-effects", include_str!("../../experiments/unnamed-effects.toml")),
     ("effects-of-heated-cavity", include_str!("../../experiments/effects-of-heated-cavity.toml")),
     ("effects-of-mud-flow", include_str!("../../experiments/effects-of-mud-flow.toml")),
     ("effects-of-oscillating-drop", include_str!("../../experiments/effects-of-oscillating-drop.toml")),

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::files::write_whole;
 use crate::base::input::InputError;
-use crate::engine::preset::{MAX_BUCKETS_PER_RADIUS, Options, Preset};
+use crate::engine::preset::{MAX_BUCKETS_PER_RADIUS, Options, PairTerms, Preset};
 use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
 use crate::engine::pressure::preconditioner::Preconditioning;
 use crate::engine::pressure::values::MatrixValues;
@@ -46,6 +46,8 @@ pub struct Variant {
     pub preconditioner: String,
     /// `f64` or `f32`: what the pressure's matrix keeps its values in.
     pub matrix_values: String,
+    /// `separate`, `shared` or `joined`: how often the pairs of one radius are walked for explicit forces and rates.
+    pub pair_terms: String,
     /// The id of the scheme that the scene is changed by; empty for the scene as it is.
     pub scheme: String,
     /// What that scheme changes, as `key=value`.
@@ -69,6 +71,7 @@ impl Default for Variant {
             cg_tolerance: CgParams::DEFAULT_TOLERANCE,
             preconditioner: Preconditioning::None.name().to_string(),
             matrix_values: MatrixValues::F64.to_string(),
+            pair_terms: PairTerms::Separate.to_string(),
             scheme: String::new(),
             scene_changes: Vec::new(),
             control: false,
@@ -84,7 +87,7 @@ impl Variant {
         self.memory_order(file)?;
         Ok(Options {
             search: preset.options().search,
-            pair_terms: preset.options().pair_terms,
+            pair_terms: self.pair_terms.parse().map_err(|e| wrong("pair_terms", e))?,
             distance_test: self.distance_test.parse().map_err(|e| wrong("distance_test", e))?,
             buckets_per_radius: checked_buckets(file, self.buckets_per_radius)?,
             storage: self.storage.parse().map_err(|e| wrong("storage", e))?,
@@ -129,6 +132,7 @@ impl Variant {
             ("cg", &self.cg, &usual.cg),
             ("preconditioner", &self.preconditioner, &usual.preconditioner),
             ("values", &self.matrix_values, &usual.matrix_values),
+            ("pair-terms", &self.pair_terms, &usual.pair_terms),
             ("scheme", &self.scheme, &usual.scheme),
         ];
         let differing = named.into_iter().filter(|(_, value, usual)| value != usual);

@@ -26,6 +26,7 @@ pub enum Setting {
     CgTolerance,
     Preconditioner,
     MatrixValues,
+    PairTerms,
     Scheme,
 }
 
@@ -61,7 +62,7 @@ pub struct CellSettings<'a> {
 }
 
 impl Setting {
-    pub const ALL: [Setting; 13] = [
+    pub const ALL: [Setting; 14] = [
         Setting::Group,
         Setting::Threads,
         Setting::Preset,
@@ -74,6 +75,7 @@ impl Setting {
         Setting::CgTolerance,
         Setting::Preconditioner,
         Setting::MatrixValues,
+        Setting::PairTerms,
         Setting::Scheme,
     ];
 
@@ -91,6 +93,7 @@ impl Setting {
             Setting::CgTolerance => "cg_tolerance",
             Setting::Preconditioner => "preconditioner",
             Setting::MatrixValues => "matrix_values",
+            Setting::PairTerms => "pair_terms",
             Setting::Scheme => "scheme",
         }
     }
@@ -110,6 +113,7 @@ impl Setting {
             Setting::Cg => Scalar::Text(variant.cg.clone()),
             Setting::Preconditioner => Scalar::Text(variant.preconditioner.clone()),
             Setting::MatrixValues => Scalar::Text(variant.matrix_values.clone()),
+            Setting::PairTerms => Scalar::Text(variant.pair_terms.clone()),
             Setting::Scheme => Scalar::Text(variant.scheme.clone()),
         }
     }

@@ -114,6 +114,15 @@ impl TimedCell {
     pub fn with_preset(&self, preset: Preset) -> TimedCell {
         self.with(|variant| variant.preset = preset.name().to_string())
     }
+
+    /// The paper's linked list beside the cell, with the same distance test, which solves as the paper does.
+    pub fn beside_list(&self) -> TimedCell {
+        let usual = Variant::default();
+        self.with_preset(Preset::PAPER_LINKED_LIST).with(|variant| {
+            variant.preconditioner = usual.preconditioner;
+            variant.matrix_values = usual.matrix_values;
+        })
+    }
 }
 
 /// Seconds a step by round; a round is missing where its trial failed.

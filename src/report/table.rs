@@ -98,10 +98,23 @@ fn run_seconds(measured: &Measured, preset: Preset, test: &str, quantity: Quanti
     per_step.into_iter().map(|(round, s)| (round, s * run_steps())).collect()
 }
 
+/// The preset that goes beyond the paper, on one thread.
+pub fn fast_cell() -> Cell {
+    Cell::new(Preset::FAST.name(), "squared", 1)
+}
+
+/// Its seconds of a whole run, by round; none in runs that were recorded without it.
+fn fast_seconds(measured: &Measured, quantity: Quantity) -> ByRound {
+    let stage = measured.stage_for_tables("table2");
+    let per_step = measured.per_step("table2", stage, &fast_cell(), quantity);
+    per_step.into_iter().map(|(round, s)| (round, s * run_steps())).collect()
+}
+
 /// The distance tests that Table 2 was measured with, the paper's first.
 pub fn distance_tests(measured: &Measured) -> Vec<String> {
     let mut tests: Vec<String> = Vec::new();
-    for cell in measured.cells("table2") {
+    let list = Preset::PAPER_LINKED_LIST.name();
+    for cell in measured.cells("table2").into_iter().filter(|cell| cell.variant.preset == list) {
         if !tests.contains(&cell.variant.distance_test) {
             tests.push(cell.variant.distance_test);
         }
@@ -136,31 +149,40 @@ pub fn table2_rows(measured: &Measured) -> Vec<Table2Row> {
     paper(relocated.name(), "s", seconds(published.table2.aos_relocation));
     let speed_up = published.table2.speed_up;
     paper("speed_up", "ratio", [speed_up.cg, speed_up.non_cg, speed_up.total]);
+    let mut ours =
+        |test: &str, row: &str, quantity: &'static str, unit: &'static str, value: Option<Estimate>| {
+            let Some(value) = value else { return };
+            rows.push(Table2Row {
+                source: measured.info.machine_alias.clone(),
+                mode: measured.info.mode.name(),
+                particles: measured.particles("table2"),
+                distance_test: test.to_string(),
+                row: row.to_string(),
+                quantity,
+                unit,
+                value: value.median,
+                low: value.bounds().map(|i| i.low),
+                high: value.bounds().map(|i| i.high),
+                rounds: Some(value.samples),
+            });
+        };
     for test in distance_tests(measured) {
         for (quantity, q) in QUANTITIES {
             let (a, b) = (run_seconds(measured, list, &test, q), run_seconds(measured, relocated, &test, q));
-            let values = [
-                (list.name(), "s", times(&a)),
-                (relocated.name(), "s", times(&b)),
-                ("speed_up", "ratio", ratio(&a, &b)),
-            ];
-            for (row, unit, value) in values {
-                let Some(value) = value else { continue };
-                rows.push(Table2Row {
-                    source: measured.info.machine_alias.clone(),
-                    mode: measured.info.mode.name(),
-                    particles: measured.particles("table2"),
-                    distance_test: test.clone(),
-                    row: row.to_string(),
-                    quantity,
-                    unit,
-                    value: value.median,
-                    low: value.bounds().map(|i| i.low),
-                    high: value.bounds().map(|i| i.high),
-                    rounds: Some(value.samples),
-                });
-            }
+            ours(&test, list.name(), quantity, "s", times(&a));
+            ours(&test, relocated.name(), quantity, "s", times(&b));
+            ours(&test, "speed_up", quantity, "ratio", ratio(&a, &b));
+            ours(&test, "list_over_fast", quantity, "ratio", ratio(&a, &fast_seconds(measured, q)));
         }
+    }
+    for (quantity, q) in QUANTITIES {
+        ours(
+            &fast_cell().distance_test,
+            Preset::FAST.name(),
+            quantity,
+            "s",
+            times(&fast_seconds(measured, q)),
+        );
     }
     rows
 }
@@ -180,6 +202,7 @@ pub fn table2_view(measured: &Measured) -> TableView {
     for test in distance_tests(measured) {
         view.rows.extend(measured_rows(measured, &published, &test));
     }
+    view.rows.extend(fast_rows(measured));
     view
 }
 
@@ -202,6 +225,24 @@ fn published_rows(published: &Published) -> Vec<Vec<String>> {
 fn speed_ups(published: &Published) -> [f64; 3] {
     let speed_up = published.table2.speed_up;
     [speed_up.cg, speed_up.non_cg, speed_up.total]
+}
+
+/// What goes beyond the paper: the fast preset, and the list over it.
+fn fast_rows(measured: &Measured) -> Vec<Vec<String>> {
+    let seconds = QUANTITIES.map(|(_, quantity)| fast_seconds(measured, quantity));
+    if seconds[0].is_empty() {
+        return Vec::new();
+    }
+    let in_seconds = |of: &ByRound| times(of).map_or("none".to_string(), |e| format!("{} s", show(&e, 2)));
+    let mut rows = vec![named("beyond the paper: fast".to_string(), seconds.each_ref().map(in_seconds))];
+    for test in distance_tests(measured) {
+        let over = [0, 1, 2].map(|k| {
+            let list = run_seconds(measured, Preset::PAPER_LINKED_LIST, &test, QUANTITIES[k].1);
+            ratio(&list, &seconds[k]).map_or("none".to_string(), |e| format!("{}x", show(&e, 2)))
+        });
+        rows.push(named(format!("beyond the paper: linked list ({test}) over fast"), over));
+    }
+    rows
 }
 
 /// Ours with one distance test, and our speed-ups over the paper's.

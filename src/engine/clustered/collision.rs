@@ -109,13 +109,12 @@ impl Kernel for Find<'_> {
         let Find { clusters, pieces, distance_m, found } = self;
         let (points, particle) = (&clusters.slots.points[..], &clusters.slots.particle[..]);
         let close = s.splat(distance_m * distance_m);
-        let near_only = clusters.small_reaches(distance_m);
+        let small = clusters.small_reaches(distance_m);
         for cluster in pieces {
             let x = load(s, &clusters.slots.lanes[cluster]);
             for lists in &clusters.mobile {
                 let near = lists.of(cluster);
-                let slots = if near_only { near.within_small() } else { near.all() };
-                for (j, choice) in walk(near, slots) {
+                for (j, choice) in walk(near, if small { near.small } else { near.all }) {
                     let r = from_lanes(s, &points[j], &x);
                     let mut hits = s.bits(s.below(s.dot(r, r), close)) & choice;
                     while hits != 0 {

@@ -59,6 +59,12 @@ impl ClusterDensity {
         });
     }
 
+    /// Of each cluster of walls the lanes to which walls and dummy walls alone add up to `least`.
+    pub fn resting_at_least(&self, least: f64) -> Vec<u8> {
+        let lanes = |n: &Numbers| (0..LANES).fold(0, |bits, k| bits | u8::from(n[k] >= least) << k);
+        self.resting.iter().map(lanes).collect()
+    }
+
     pub fn bytes(&self) -> usize {
         (self.resting.capacity() + self.n.capacity()) * size_of::<Numbers>()
     }
@@ -90,14 +96,13 @@ impl<const N: usize> Kernel for Sum<'_, N> {
             (s.splat(kernel.radius_m), s.splat(kernel.radius_m * kernel.radius_m), s.splat(-1.0));
         let most = s.splat(1.0 / kernel.floor_m);
         let points = &clusters.slots.points[..];
-        let near_only = clusters.small_reaches(kernel.radius_m);
+        let small = clusters.small_reaches(kernel.radius_m);
         for (cluster, n) in pieces.zip(n) {
             let x = load(s, &clusters.slots.lanes[cluster]);
             let mut sum = s.load(n);
             for lists in lists {
                 let near = lists.of(cluster);
-                let slots = if near_only { near.within_small() } else { near.all() };
-                for (j, choice) in walk(near, slots) {
+                for (j, choice) in walk(near, if small { near.small } else { near.all }) {
                     let r = from_lanes(s, &points[j], &x);
                     let r2 = s.dot(r, r);
                     let w = s.mul_add(re, s.min(s.reciprocal_sqrt(r2), most), one);

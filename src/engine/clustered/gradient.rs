@@ -26,7 +26,7 @@ impl Kernel for Gradient<'_> {
             (s.splat(kernel.radius_m), s.splat(kernel.radius_m * kernel.radius_m), s.splat(-1.0));
         let most = s.splat(1.0 / kernel.floor_m);
         let points = &clusters.slots.points[..];
-        let near_only = clusters.small_reaches(kernel.radius_m);
+        let small = clusters.small_reaches(kernel.radius_m);
         for (cluster, sums) in pieces.zip(sums) {
             let x = load(s, &clusters.slots.lanes[cluster]);
             let first = cluster * LANES;
@@ -35,8 +35,7 @@ impl Kernel for Gradient<'_> {
             let (mut least, mut weighted, mut plain) = (s.load(&own), [zero; 3], [zero; 3]);
             for lists in &clusters.mobile[1..] {
                 let near = lists.of(cluster);
-                let slots = if near_only { near.within_small() } else { near.all() };
-                for (j, choice) in walk(near, slots) {
+                for (j, choice) in walk(near, if small { near.small } else { near.all }) {
                     let point = &points[j];
                     let r = from_lanes(s, point, &x);
                     let r2 = s.dot(r, r);

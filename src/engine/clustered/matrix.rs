@@ -17,7 +17,7 @@ use crate::engine::pressure::preconditioner::two_level::lanes::{LaneBoxes, LaneG
 use crate::engine::pressure::system_matrix::{BLOCK, SystemMatrix};
 use crate::engine::pressure::values::Value;
 use crate::engine::search::NONE;
-use crate::engine::search::clusters::{Clusters, Lists};
+use crate::engine::search::clusters::{Clusters, Lists, make_room};
 
 /// Clusters whose entries lie together: a block of rows.
 const TOGETHER: usize = BLOCK / LANES;
@@ -77,12 +77,15 @@ impl<V: Kept> Entries<V> {
         self.ends.push(self.columns.len() as u32);
     }
 
-    /// The columns and values of the k-th cluster; none beyond the last.
+    /// The columns and values of the k-th cluster.
     #[inline(always)]
     pub fn of(&self, k: usize) -> (&[u32], &[[V; LANES]]) {
-        let Some(&end) = self.ends.get(k) else {
-            return (&[], &[]);
-        };
+        self.up_to(k, self.ends[k])
+    }
+
+    /// Those of the k-th cluster that stand before `end`.
+    #[inline(always)]
+    fn up_to(&self, k: usize, end: u32) -> (&[u32], &[[V; LANES]]) {
         let start = if k == 0 { 0 } else { self.ends[k - 1] } as usize;
         let range = start..end as usize;
         (&self.columns[range.clone()], &self.values[range])
@@ -94,17 +97,36 @@ impl<V: Kept> Entries<V> {
     }
 }
 
+/// What one block of rows of walls is to resting walls. Columns that have an unknown without any fluid stand first: a dry
+/// wall's others have none, and its rows end before them.
+#[derive(Debug)]
+struct Resting<V> {
+    entries: Entries<V>,
+    /// Where the first columns of each cluster end.
+    always: Vec<u32>,
+    /// Of each cluster the lanes that lie within reach of its other columns.
+    touching: Vec<u8>,
+}
+
+impl<V> Default for Resting<V> {
+    fn default() -> Self {
+        Resting { entries: Entries::default(), always: Vec::new(), touching: Vec::new() }
+    }
+}
+
 /// What is worked out of one block of rows.
 #[derive(Debug)]
 struct Block<V> {
     entries: Entries<V>,
     /// Of each cluster the lanes that lie within reach of the surface.
     touching: Vec<u8>,
+    /// Of each cluster of walls where its columns among resting walls end.
+    resting_ends: Vec<u32>,
 }
 
 impl<V> Default for Block<V> {
     fn default() -> Self {
-        Block { entries: Entries::default(), touching: Vec::new() }
+        Block { entries: Entries::default(), touching: Vec::new(), resting_ends: Vec::new() }
     }
 }
 
@@ -116,7 +138,7 @@ pub struct ClusterMatrix<V> {
     first_slot: usize,
     rows: usize,
     /// Of walls among walls, by block.
-    resting: Vec<Entries<V>>,
+    resting: Vec<Resting<V>>,
     resting_diagonal: Vec<Numbers>,
     walls_sorted: usize,
     /// All others, by block.
@@ -142,14 +164,24 @@ impl<V: Kept> ClusterMatrix<V> {
         }
     }
 
-    /// Takes up the rows that `unknown` says; `compressibility` is `alpha / dt^2`.
-    pub fn assemble(&mut self, clusters: &Clusters, rows: &RowSpace, compressibility: f64, team: Team<'_>) {
+    /// Takes up the rows that `unknown` says; `compressibility` is `alpha / dt^2`. Those of `walls_unknown()`, asked when walls
+    /// have moved, have an unknown even without fluid.
+    pub fn assemble(
+        &mut self,
+        clusters: &Clusters,
+        rows: &RowSpace,
+        walls_unknown: impl Fn() -> Vec<u8>,
+        compressibility: f64,
+        team: Team<'_>,
+    ) {
         (self.first_slot, self.rows) = (rows.first_slot(), rows.rows());
         if self.walls_sorted != clusters.walls_sorted {
             self.walls_sorted = clusters.walls_sorted;
-            self.assemble_resting(clusters, rows, team);
+            self.assemble_resting(clusters, rows, &walls_unknown(), team);
         }
-        let ClusterMatrix { kernel, coefficient, resting_diagonal, moving, diagonal, unknown, .. } = self;
+        let ClusterMatrix {
+            kernel, coefficient, resting, resting_diagonal, moving, diagonal, unknown, ..
+        } = self;
         diagonal.resize(rows.clusters(), [1.0; LANES]);
         moving.resize_with(rows.clusters().div_ceil(TOGETHER), Block::default);
         let (walls, first_slot) = (rows.walls().len(), rows.first_slot());
@@ -159,7 +191,7 @@ impl<V: Kept> ClusterMatrix<V> {
             for ((block, moving), diagonal) in all {
                 let rows = block * TOGETHER..block * TOGETHER + diagonal.len();
                 let (kernel, coefficient) = (*kernel, *coefficient);
-                let start = Start { resting_diagonal, walls, compressibility };
+                let start = Start { resting: resting.get(block), resting_diagonal, walls, compressibility };
                 dispatch(Assemble {
                     clusters,
                     kernel,
@@ -175,16 +207,17 @@ impl<V: Kept> ClusterMatrix<V> {
         });
     }
 
-    fn assemble_resting(&mut self, clusters: &Clusters, rows: &RowSpace, team: Team<'_>) {
+    fn assemble_resting(&mut self, clusters: &Clusters, rows: &RowSpace, always: &[u8], team: Team<'_>) {
+        let others: Vec<u8> = always.iter().map(|bits| !bits).collect();
         let ClusterMatrix { kernel, coefficient, resting, resting_diagonal, .. } = self;
         let walls = rows.walls();
-        resting.resize_with(walls.len().div_ceil(TOGETHER), Entries::default);
+        resting.resize_with(walls.len().div_ceil(TOGETHER), Resting::default);
         resting_diagonal.clear();
         resting_diagonal.resize(walls.len(), [0.0; LANES]);
         let columns = (Rows::new(resting), Rows::of_width(resting_diagonal, TOGETHER));
         team.fill(columns, |blocks, (resting, diagonal)| {
             let all = blocks.zip(resting).zip(diagonal.chunks_mut(TOGETHER));
-            for ((block, entries), diagonal) in all {
+            for ((block, resting), diagonal) in all {
                 let first = walls.start + block * TOGETHER;
                 let pieces = first..first + diagonal.len();
                 let (kernel, coefficient, first_slot) = (*kernel, *coefficient, rows.first_slot());
@@ -194,7 +227,8 @@ impl<V: Kept> ClusterMatrix<V> {
                     coefficient,
                     first_slot,
                     pieces,
-                    entries,
+                    columns: [always, &others],
+                    resting,
                     diagonal,
                 });
             }
@@ -217,13 +251,23 @@ impl<V: Kept> ClusterMatrix<V> {
     #[inline(always)]
     pub(super) fn entries(&self, cluster: usize) -> [(&[u32], &[[V; LANES]]); 2] {
         let (block, k) = (cluster / TOGETHER, cluster % TOGETHER);
-        let resting = self.resting.get(block).map_or((&[][..], &[][..]), |entries| entries.of(k));
-        [resting, self.moving[block].entries.of(k)]
+        let Block { entries, resting_ends, .. } = &self.moving[block];
+        let resting = match resting_ends.get(k) {
+            Some(&end) => self.resting[block].entries.up_to(k, end),
+            None => (&[][..], &[][..]),
+        };
+        [resting, entries.of(k)]
     }
 
     pub fn bytes(&self) -> usize {
-        self.resting.iter().map(Entries::bytes).sum::<usize>()
-            + self.moving.iter().map(|b| b.entries.bytes() + b.touching.capacity()).sum::<usize>()
+        let resting = |r: &Resting<V>| {
+            r.entries.bytes() + r.always.capacity() * size_of::<u32>() + r.touching.capacity()
+        };
+        let moving = |b: &Block<V>| {
+            b.entries.bytes() + b.touching.capacity() + b.resting_ends.capacity() * size_of::<u32>()
+        };
+        self.resting.iter().map(resting).sum::<usize>()
+            + self.moving.iter().map(moving).sum::<usize>()
             + (self.resting_diagonal.capacity() + self.diagonal.capacity()) * size_of::<Numbers>()
             + self.unknown.capacity()
     }
@@ -380,7 +424,9 @@ impl<S: Simd> Coefficients<S> {
 
 /// What the diagonal starts from.
 #[derive(Clone, Copy)]
-struct Start<'a> {
+struct Start<'a, V> {
+    /// Of this block; `None` beyond the walls.
+    resting: Option<&'a Resting<V>>,
     resting_diagonal: &'a [Numbers],
     /// Clusters of walls.
     walls: usize,
@@ -391,7 +437,7 @@ struct Assemble<'a, V> {
     clusters: &'a Clusters,
     kernel: kernel::Kernel,
     coefficient: f64,
-    start: Start<'a>,
+    start: Start<'a, V>,
     unknown: &'a [u8],
     first_slot: usize,
     /// Clusters, counted from that of row 0.
@@ -408,14 +454,22 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
         let Assemble { clusters, kernel, coefficient, start, unknown, first_slot, rows, moving, diagonal } =
             self;
         let coefficients = Coefficients::new(s, kernel, coefficient);
-        let Block { entries, touching } = moving;
+        let Block { entries, touching, resting_ends } = moving;
         let of_walls = [&clusters.wall_mobile];
         let of_mobile = [&clusters.mobile[1], &clusters.mobile[2]];
         entries.clear();
         touching.clear();
-        for (row, diagonal) in rows.zip(diagonal) {
+        resting_ends.clear();
+        for (k, (row, diagonal)) in rows.zip(diagonal).enumerate() {
             let mut touch = 0;
             *diagonal = [1.0; LANES];
+            if let (Some(resting), true) = (start.resting, row < start.walls) {
+                let (always, end) = (resting.always[k], resting.entries.ends[k]);
+                let others = &resting.entries.columns[always as usize..end as usize];
+                let wet = any_unknown(others, unknown);
+                resting_ends.push(if wet { end } else { always });
+                touch = if wet { 0 } else { resting.touching[k] };
+            }
             if unknown[row] != 0 {
                 let cluster = row + first_slot / LANES;
                 let mut sum = s.splat(start.compressibility);
@@ -465,11 +519,11 @@ fn append<S: Simd, V: Kept>(
     let x = load(s, &clusters.slots.lanes[cluster]);
     let points = &clusters.slots.points[..];
     let mut next = entries.columns.len();
-    let room = next + near.all().len();
-    entries.columns.resize(room, 0);
-    entries.values.resize(room, [V::default(); LANES]);
+    let room = next + near.all.len();
+    make_room(&mut entries.columns, room, 0);
+    make_room(&mut entries.values, room, [V::default(); LANES]);
     let mut sum = s.splat(0.0);
-    for (j, choice) in walk(near, near.all()) {
+    for (j, choice) in walk(near, near.all) {
         let (c, within) = coefficients.of(s, &points[j], &x, s.mask(choice));
         let kept = &mut entries.values[next];
         V::keep(s, c, kept);
@@ -485,13 +539,26 @@ fn append<S: Simd, V: Kept>(
     sum
 }
 
+/// Whether any of these columns has an unknown.
+#[inline(always)]
+fn any_unknown(columns: &[u32], unknown: &[u8]) -> bool {
+    for &column in columns {
+        if unknown[column as usize / LANES] >> (column as usize % LANES) & 1 == 1 {
+            return true;
+        }
+    }
+    false
+}
+
 struct AssembleResting<'a, V> {
     clusters: &'a Clusters,
     kernel: kernel::Kernel,
     coefficient: f64,
     first_slot: usize,
     pieces: Range<usize>,
-    entries: &'a mut Entries<V>,
+    /// Those that come first and the others: of clusters of walls, a bit a lane.
+    columns: [&'a [u8]; 2],
+    resting: &'a mut Resting<V>,
     diagonal: &'a mut [Numbers],
 }
 
@@ -500,14 +567,27 @@ impl<V: Kept> Kernel for AssembleResting<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let AssembleResting { clusters, kernel, coefficient, first_slot, pieces, entries, diagonal } = self;
+        let AssembleResting {
+            clusters,
+            kernel,
+            coefficient,
+            first_slot,
+            pieces,
+            columns: [always, others],
+            resting: Resting { entries, always: always_end, touching },
+            diagonal,
+        } = self;
         let coefficients = Coefficients::new(s, kernel, coefficient);
         entries.clear();
-        let everyone = vec![!0; clusters.slots.particle.len() / LANES];
+        always_end.clear();
+        touching.clear();
         for (cluster, diagonal) in pieces.zip(diagonal) {
-            let lists = &clusters.wall[1];
+            let (lists, mut touch) = (&clusters.wall[1], 0);
             let sum =
-                append(s, coefficients, clusters, lists, cluster, first_slot, &everyone, entries, &mut 0);
+                append(s, coefficients, clusters, lists, cluster, first_slot, always, entries, &mut touch);
+            always_end.push(entries.columns.len() as u32);
+            touching.push(touch);
+            append(s, coefficients, clusters, lists, cluster, first_slot, others, entries, &mut 0);
             s.store(sum, diagonal);
             entries.end();
         }

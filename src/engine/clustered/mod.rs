@@ -34,7 +34,7 @@ struct Walk<'a> {
 
 #[inline(always)]
 fn walk<'a>(near: Near<'a>, slots: &'a [u32]) -> Walk<'a> {
-    Walk { slots, next: 0, own: near.own() }
+    Walk { slots, next: 0, own: near.own }
 }
 
 impl Iterator for Walk<'_> {

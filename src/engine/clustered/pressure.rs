@@ -203,7 +203,9 @@ impl<V: Kept, T> Stage<Clusters, T> for ClusterPressure<V> {
         let quiet = within(probe, Phase::Source, || self.set_source(state.time_step_s));
         let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
         within(probe, Phase::Matrix, || {
-            self.matrix.assemble(&state.candidates, &self.rows, compressibility, state.workers.scheduled());
+            let walls_unknown = || self.density.resting_at_least(self.surface_threshold * self.n0);
+            let team = state.workers.scheduled();
+            self.matrix.assemble(&state.candidates, &self.rows, walls_unknown, compressibility, team);
         });
         within(probe, Phase::Connectivity, || self.settle_enclosed(state));
         let cg = within(probe, Phase::Cg, || self.solve(quiet, state))?;

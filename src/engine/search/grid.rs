@@ -196,12 +196,15 @@ pub struct Assigned {
 }
 
 impl Buckets {
-    /// Puts every particle that is no ghost into its bucket. Those outside the domain are in none.
-    pub fn assign(&mut self, kind: &[Kind], positions: &[Vec3], team: Team<'_>) -> Assigned {
+    /// Puts every particle that is no ghost into its bucket; walls, only if `walls_too`. Those outside the domain are in none.
+    pub fn assign(&mut self, kind: &[Kind], positions: &[Vec3], walls_too: bool, team: Team<'_>) -> Assigned {
         let (not_finite, left) = (FirstIndex::default(), FirstIndex::default());
         let grid = &self.grid;
         team.fill(Rows::new(&mut self.of_particle), |range, bucket| {
             for (i, bucket) in range.zip(bucket) {
+                if !walls_too && matches!(kind[i], Kind::Wall | Kind::DummyWall) {
+                    continue;
+                }
                 if kind[i] == Kind::Ghost {
                     *bucket = NONE;
                     continue;

@@ -83,7 +83,7 @@ impl<'a> Twin<'a> {
         let (mut list, mut relocated) =
             (LinkedList::new(&grid, lengths, count), AosRelocation::new(&grid, lengths, count));
         let mut buckets = Buckets { grid, of_particle: workers.column(count, NONE) };
-        buckets.assign(&kinds, &positions, workers.scheduled());
+        buckets.assign(&kinds, &positions, true, workers.scheduled());
         let now = Now { kind: &kinds, position: &positions, radius_m, walls_moved: false };
         list.build(&buckets, now, workers);
         relocated.build(&buckets, now, workers);

@@ -190,6 +190,7 @@ pub static SAMPLES: Table = Table {
         CG_TOLERANCE,
         text("preconditioner", "What the conjugate gradients of the pressure are preconditioned by."),
         text("matrix_values", "What the pressure's matrix keeps its values in: f64 or f32."),
+        text("pair_terms", "How pairs are walked for explicit forces: separate, shared or joined."),
         text("scheme", "What the scene was changed by; missing for the scene as it is."),
         THREADS_REQUESTED,
         integer("threads_observed", "threads", "Threads that the trial counted inside."),

@@ -8,7 +8,7 @@ use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Poin
 use crate::report::measured::{ByRound, Cell, Measured, Quantity, ratio, times};
 use crate::report::model::{relative_time, serial_share};
 use crate::report::published::Published;
-use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, how_measured, point};
+use crate::report::section::{Content, FAST, LINKED_LIST, RELOCATED, automatic, how_measured, point};
 use crate::report::summary::CellPhase;
 use crate::report::table::phases_view;
 
@@ -26,15 +26,17 @@ pub fn content(measured: &Measured, phases: &[CellPhase]) -> Result<Content> {
 struct Curve {
     label: &'static str,
     preset: Preset,
+    test: &'static str,
     quantity: Quantity,
     color: usize,
     marker: Marker,
 }
 
-const CURVES: [Curve; 4] = [
+const CURVES: [Curve; 6] = [
     Curve {
         label: "whole run, linked list",
         preset: Preset::PAPER_LINKED_LIST,
+        test: "sqrt",
         quantity: Quantity::Total,
         color: LINKED_LIST,
         marker: Marker::Circle,
@@ -42,6 +44,7 @@ const CURVES: [Curve; 4] = [
     Curve {
         label: "whole run, relocated",
         preset: Preset::PAPER_AOS_RELOCATION,
+        test: "sqrt",
         quantity: Quantity::Total,
         color: RELOCATED,
         marker: Marker::Square,
@@ -49,6 +52,7 @@ const CURVES: [Curve; 4] = [
     Curve {
         label: "outside CG, linked list",
         preset: Preset::PAPER_LINKED_LIST,
+        test: "sqrt",
         quantity: Quantity::NonCg,
         color: LINKED_LIST,
         marker: Marker::OpenCircle,
@@ -56,9 +60,26 @@ const CURVES: [Curve; 4] = [
     Curve {
         label: "outside CG, relocated",
         preset: Preset::PAPER_AOS_RELOCATION,
+        test: "sqrt",
         quantity: Quantity::NonCg,
         color: RELOCATED,
         marker: Marker::OpenSquare,
+    },
+    Curve {
+        label: "whole run, beyond the paper: fast",
+        preset: Preset::FAST,
+        test: "squared",
+        quantity: Quantity::Total,
+        color: FAST,
+        marker: Marker::Triangle,
+    },
+    Curve {
+        label: "outside CG, beyond the paper: fast",
+        preset: Preset::FAST,
+        test: "squared",
+        quantity: Quantity::NonCg,
+        color: FAST,
+        marker: Marker::OpenTriangle,
     },
 ];
 
@@ -95,7 +116,7 @@ fn thread_axis(measured: &Measured) -> Axis {
 
 fn per_step(measured: &Measured, curve: &Curve, threads: usize) -> ByRound {
     let stage = measured.stage_for_tables("figure4");
-    let cell = Cell::new(curve.preset.name(), "sqrt", threads);
+    let cell = Cell::new(curve.preset.name(), curve.test, threads);
     measured.per_step("figure4", stage, &cell, curve.quantity)
 }
 
@@ -123,6 +144,7 @@ fn times_panel(measured: &Measured, steps: f64) -> XyPanel {
         }
         all.push(curve_series);
     }
+    all.retain(|series: &Series| !series.points.is_empty());
     XyPanel {
         title: "time of the run".to_string(),
         x: thread_axis(measured),
@@ -173,7 +195,8 @@ fn efficiency_panel(measured: &Measured, published: &Published) -> XyPanel {
             Some(speed_up.scaled(1.0 / t as f64))
         })
     };
-    let series: Vec<Series> = CURVES.iter().map(efficiency).collect();
+    let mut series: Vec<Series> = CURVES.iter().map(efficiency).collect();
+    series.retain(|series| !series.points.is_empty());
     let tops = series.iter().flat_map(|s| &s.points).map(|p| p.high.unwrap_or(p.y));
     let most = 1.05 * tops.fold(0.0, f64::max);
     let threads = published.figure4.threads as f64;

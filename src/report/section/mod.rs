@@ -18,6 +18,7 @@ mod scaling;
 mod scaling_figure;
 mod table2;
 mod twin;
+mod unnamed;
 mod validation;
 
 use anyhow::Result;
@@ -55,7 +56,7 @@ impl Content {
 
 type Section = fn(&Measured, &[CellPhase]) -> Result<Content>;
 
-const SECTIONS: [(&str, Section); 15] = [
+const SECTIONS: [(&str, Section); 16] = [
     ("table2", table2::content),
     ("figure4", figure4::content),
     ("chunks", chunks::content),
@@ -68,6 +69,7 @@ const SECTIONS: [(&str, Section); 15] = [
     ("layouts", layouts::content),
     ("twin", twin::content),
     ("effects-cost", effects_cost::content),
+    ("unnamed-effects", unnamed::content),
     ("accuracy-cost", accuracy_cost::content),
     ("hard-cases", hard_cases::content),
     ("validation", validation::content),
@@ -103,6 +105,8 @@ fn plain(measured: &Measured, phases: &[CellPhase], id: &str) -> Content {
 /// The colour of each search in all figures, by its place in the palette.
 const LINKED_LIST: usize = 5;
 const RELOCATED: usize = 6;
+/// That of the preset that goes beyond the paper.
+const FAST: usize = 3;
 
 /// An axis whose range and ticks follow from the data.
 pub fn automatic(label: &str, scale: Scale) -> Axis {

@@ -23,7 +23,7 @@ pub fn content_of_older(measured: &Measured, _: &[CellPhase]) -> Result<Content>
 
 fn content_of(measured: &Measured, id: &str) -> Content {
     let costs = costs(measured, id);
-    let findings = growth(&costs).into_iter().chain(gains(&costs));
+    let findings = growth(&costs).into_iter().chain(gains(&costs)).chain(beyond(&costs));
     let mut content = Content {
         findings: std::iter::once(how_measured(measured, id)).chain(findings).collect(),
         figures: vec![(id.to_string(), figure(measured, &costs))],
@@ -48,6 +48,8 @@ pub(super) struct Cost {
     /// Of CG, a step.
     pub iterations: f64,
     pub bytes_a_particle: f64,
+    /// The time of the paper's linked list with the same test over its own, in all; `None` for the list itself.
+    pub list_over: Option<Estimate>,
     /// Its time outside CG over that of relocation with the same test; `None` where that was not measured, or is itself.
     pub over_relocated: Option<Estimate>,
 }
@@ -75,6 +77,8 @@ fn cost(measured: &Measured, id: &str, cell: &TimedCell) -> Option<Cost> {
     let share = by_round(&cg, &total, |cg, total| cg / total);
     let relocated = cell.with_preset(Preset::PAPER_AOS_RELOCATION);
     let over_relocated = (relocated != *cell).then(|| ratio(&non_cg, &per_step(&relocated, Quantity::NonCg)));
+    let list = cell.beside_list();
+    let list_over = (list != *cell).then(|| ratio(&per_step(&list, Quantity::Total), &total));
     let windows = measured.windows(id, Stage::Paired, cell);
     let steps = windows.values().next()?.iter().flat_map(|window| &window.steps);
     let iterations: Vec<f64> = steps.map(|step| step.cg_iterations as f64).collect();
@@ -89,6 +93,7 @@ fn cost(measured: &Measured, id: &str, cell: &TimedCell) -> Option<Cost> {
         cg_share: Estimate::of_rounds(&share)?,
         iterations: iterations.iter().sum::<f64>() / iterations.len() as f64,
         bytes_a_particle: bytes(measured, id, cell)? as f64 / outcome.particles as f64,
+        list_over: list_over.flatten(),
         over_relocated: over_relocated.flatten(),
     })
 }
@@ -177,6 +182,17 @@ fn gains(costs: &[Cost]) -> Vec<String> {
     findings
 }
 
+/// What the preset that goes beyond the paper gains over the list, scene by scene.
+fn beyond(costs: &[Cost]) -> Option<String> {
+    let gain = |cost: &Cost| {
+        let gain = cost.list_over.filter(|_| cost.preset == Preset::FAST.name())?;
+        Some(format!("{} at {} ({:.1} iterations)", show(&gain, 2), cost.particles, cost.iterations))
+    };
+    let gains: Vec<String> = costs.iter().filter_map(gain).collect();
+    (!gains.is_empty())
+        .then(|| format!("In all and with squared distances, list over fast: {}.", gains.join(", ")))
+}
+
 fn table(costs: &[Cost]) -> TableView {
     let mut view = TableView::new(
         "Time of a step, microseconds a fluid particle and step, memory and CG; median (smallest to largest round), ratios [95 % interval].",
@@ -191,6 +207,7 @@ fn table(costs: &[Cost]) -> TableView {
             "in CG, µs",
             "CG iterations",
             "over relocation, outside CG",
+            "list over it, in all",
             "bytes a particle",
         ],
     );
@@ -207,6 +224,7 @@ fn table(costs: &[Cost]) -> TableView {
             us(cost.cg_s),
             format!("{:.1}", cost.iterations),
             show_or_none(cost.over_relocated, 3),
+            show_or_none(cost.list_over, 3),
             format!("{:.0}", cost.bytes_a_particle),
         ]);
     }

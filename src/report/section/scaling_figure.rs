@@ -6,7 +6,7 @@ use crate::report::chart::{Axis, Figure, Line, Mark, MarkAt, Marker, Panel, Poin
 use crate::report::measured::Measured;
 use crate::report::published::Published;
 use crate::report::section::scaling::{Cost, by_variant};
-use crate::report::section::{LINKED_LIST, RELOCATED, automatic, point};
+use crate::report::section::{FAST, LINKED_LIST, RELOCATED, automatic, point};
 
 pub(super) fn figure(measured: &Measured, costs: &[Cost]) -> Figure {
     Figure {
@@ -113,12 +113,12 @@ fn bare(y: f64) -> Point {
 
 /// The colours of the paper's two presets are those of all figures.
 pub(super) fn color(preset: &str, place: usize) -> usize {
-    let others = [3, 7, 1, 2];
+    let others = [7, 1, 2];
     match preset {
         _ if preset == Preset::PAPER_LINKED_LIST.name() => LINKED_LIST,
         _ if preset == Preset::PAPER_AOS_RELOCATION.name() => RELOCATED,
-        _ if preset == Preset::GENERAL.name() => others[0],
-        _ => others[1 + place % 3],
+        _ if preset == Preset::FAST.name() => FAST,
+        _ => others[place % 3],
     }
 }
 

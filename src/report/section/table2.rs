@@ -13,7 +13,7 @@ use crate::report::published::{Published, Seconds};
 use crate::report::samples::csv_bytes;
 use crate::report::section::{Content, LINKED_LIST, RELOCATED, automatic, how_measured};
 use crate::report::summary::CellPhase;
-use crate::report::table::{distance_tests, phases_view, show, table2_rows, table2_view};
+use crate::report::table::{distance_tests, fast_cell, phases_view, show, table2_rows, table2_view};
 
 /// The section.
 pub fn content(measured: &Measured, phases: &[CellPhase]) -> Result<Content> {
@@ -38,7 +38,6 @@ pub fn content(measured: &Measured, phases: &[CellPhase]) -> Result<Content> {
 /// Table 2 as stacked bars: the paper's and ours.
 fn bars(measured: &Measured) -> Figure {
     let published = Published::load();
-    let steps = published.steps as f64;
     let paper_bar = |label: &str, s: Seconds| Bar {
         label: label.to_string(),
         values: vec![s.cg_s, s.non_cg_s],
@@ -52,23 +51,8 @@ fn bars(measured: &Measured) -> Figure {
             paper_bar("relocated", published.table2.aos_relocation),
         ],
     }];
-    let stage = measured.stage_for_tables("table2");
     for test in distance_tests(measured) {
-        let bar = |label: &str, preset: Preset| {
-            let cell = Cell::new(preset.name(), &test, 1);
-            let of =
-                |q: Quantity| times(&measured.per_step("table2", stage, &cell, q)).map(|e| e.scaled(steps));
-            Some(Bar {
-                label: label.to_string(),
-                // The top of the bar is the median of the total, as in the table, not the sum of two medians.
-                values: vec![
-                    of(Quantity::Cg)?.median,
-                    of(Quantity::Total)?.median - of(Quantity::Cg)?.median,
-                ],
-                interval: of(Quantity::Total)?.bounds().map(|i| (i.low, i.high)),
-                published: false,
-            })
-        };
+        let bar = |label: &str, preset: Preset| bar(measured, label, &Cell::new(preset.name(), &test, 1));
         let bars = [bar("list", Preset::PAPER_LINKED_LIST), bar("relocated", Preset::PAPER_AOS_RELOCATION)];
         groups.push(BarGroup {
             label: match measured.particles("table2").filter(|&count| count != published.particles) {
@@ -78,6 +62,7 @@ fn bars(measured: &Measured) -> Figure {
             bars: bars.into_iter().flatten().collect(),
         });
     }
+    groups.extend(fast_bar(measured));
     Figure {
         title: "Table 2: one thread, linked list against relocation".to_string(),
         description:
@@ -92,6 +77,25 @@ fn bars(measured: &Measured) -> Figure {
         })],
         note: measured.stamp(),
     }
+}
+
+/// The seconds of one cell, stacked.
+fn bar(measured: &Measured, label: &str, cell: &Cell) -> Option<Bar> {
+    let (stage, steps) = (measured.stage_for_tables("table2"), Published::load().steps as f64);
+    let of = |q: Quantity| times(&measured.per_step("table2", stage, cell, q)).map(|e| e.scaled(steps));
+    Some(Bar {
+        label: label.to_string(),
+        // The top of the bar is the median of the total, as in the table, not the sum of two medians.
+        values: vec![of(Quantity::Cg)?.median, of(Quantity::Total)?.median - of(Quantity::Cg)?.median],
+        interval: of(Quantity::Total)?.bounds().map(|i| (i.low, i.high)),
+        published: false,
+    })
+}
+
+/// The preset that goes beyond the paper.
+fn fast_bar(measured: &Measured) -> Option<BarGroup> {
+    let bar = bar(measured, "fast", &fast_cell())?;
+    Some(BarGroup { label: "beyond the paper".to_string(), bars: vec![bar] })
 }
 
 /// Time of each step of the whole runs: how the parts change as particles mix.

@@ -61,6 +61,13 @@ impl Diffusion {
         self.walls.get((group as usize).min(last)).copied().unwrap_or(WallCondition::Flux(0.0))
     }
 
+    /// `k / C` where it is the same everywhere and nothing passes any wall, m2/s.
+    pub fn insulated_uniform_diffusivity(&self) -> Option<f64> {
+        let insulated = self.walls.iter().all(|&wall| wall == WallCondition::Flux(0.0));
+        let diffusivity = self.conductivity.uniform()? / self.capacity.uniform()?;
+        (insulated && self.laplacian == Laplacian::Lattice).then_some(diffusivity)
+    }
+
     /// The largest `k / C` of any group, m2/s.
     pub fn largest_diffusivity(&self) -> f64 {
         let groups = [&self.conductivity, &self.capacity].map(|property| match property {

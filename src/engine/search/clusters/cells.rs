@@ -53,8 +53,21 @@ impl Grid {
     }
 
     fn cell_of(&self, [x, y, z]: Vec3) -> u32 {
-        let row = self.place(2, z) * self.count[1] + self.place(1, y);
-        (row * self.count[0] + self.place(0, x)) as u32
+        let row = self.row(self.place(1, y), self.place(2, z));
+        (row * self.count[0] + self.along(row, self.place(0, x))) as u32
+    }
+
+    /// The number of a row of cells. Rows are gone through as one ploughs a field, back and forth in each layer and layers back
+    /// and forth, so that eight particles that go on from one row to the next still lie together.
+    #[inline(always)]
+    fn row(&self, y: usize, z: usize) -> usize {
+        z * self.count[1] + if z.is_multiple_of(2) { y } else { self.count[1] - 1 - y }
+    }
+
+    /// The place in a row of the cell number `x`.
+    #[inline(always)]
+    fn along(&self, row: usize, x: usize) -> usize {
+        if row.is_multiple_of(2) { x } else { self.count[0] - 1 - x }
     }
 
     /// Appends the runs of cells, from the first to before the last, that hold all places within `reach` of the box from
@@ -62,13 +75,17 @@ impl Grid {
     pub fn runs(&self, low: Vec3, high: Vec3, reach: f64, runs: &mut Vec<(u32, u32)>) {
         for z in self.place(2, low[2] - reach)..=self.place(2, high[2] + reach) {
             let off_z = self.off(2, z, low, high);
-            for y in self.place(1, low[1] - reach)..=self.place(1, high[1] + reach) {
+            let [first, last] = [self.place(1, low[1] - reach), self.place(1, high[1] + reach)];
+            for k in 0..=last - first {
+                let y = if z.is_multiple_of(2) { first + k } else { last - k };
                 let off_y = self.off(1, y, low, high);
                 let left = reach * reach - off_y * off_y - off_z * off_z;
                 if left > 0.0 {
-                    let (left, row) = (left.sqrt(), (z * self.count[1] + y) * self.count[0]);
-                    let ends = [self.place(0, low[0] - left), self.place(0, high[0] + left) + 1];
-                    runs.push(((row + ends[0]) as u32, (row + ends[1]) as u32));
+                    let (left, row) = (left.sqrt(), self.row(y, z));
+                    let ends = [self.place(0, low[0] - left), self.place(0, high[0] + left)];
+                    let [a, b] = ends.map(|x| self.along(row, x));
+                    let start = row * self.count[0];
+                    runs.push(((start + a.min(b)) as u32, (start + a.max(b) + 1) as u32));
                 }
             }
         }

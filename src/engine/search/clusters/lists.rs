@@ -3,40 +3,23 @@
 use std::ops::Range;
 
 use super::cells::{Cells, Grid};
-use super::slots::{Section, Slots};
+use super::make_room;
+use super::slots::{Lanes, Section, Slots};
 use crate::base::parallel::{Rows, Team};
 use crate::base::simd::{Kernel, LANES, Simd, dispatch};
 
 /// Clusters whose lists one piece of work makes.
 pub const CHUNK: usize = 16;
 
-/// The slots near one cluster, those within the smaller radius first.
+/// The slots near one cluster, ascending but for those of the cluster itself, which come first.
 #[derive(Debug, Clone, Copy)]
 pub struct Near<'a> {
-    slots: &'a [u32],
-    near: usize,
-    /// How many of the first stand in the cluster itself.
-    own: usize,
-}
-
-impl<'a> Near<'a> {
-    /// All of them.
-    #[inline(always)]
-    pub fn all(self) -> &'a [u32] {
-        self.slots
-    }
-
     /// Those that may lie within the smaller radius.
-    #[inline(always)]
-    pub fn within_small(self) -> &'a [u32] {
-        &self.slots[..self.near]
-    }
-
+    pub small: &'a [u32],
+    /// Those that may lie within the larger one.
+    pub all: &'a [u32],
     /// How many of the first stand in the cluster itself: the k-th is lane k.
-    #[inline(always)]
-    pub fn own(self) -> usize {
-        self.own
-    }
+    pub own: usize,
 }
 
 /// The lists of one section's clusters over another section.
@@ -50,10 +33,29 @@ pub struct Lists {
 
 #[derive(Debug, Default)]
 struct Chunk {
-    slots: Vec<u32>,
-    far: Vec<u32>,
-    /// Where each cluster's list ends, and where its near part does.
-    ends: Vec<(u32, u32)>,
+    small: Vec<u32>,
+    all: Vec<u32>,
+    /// The clusters that have slots in each list.
+    clusters: Vec<u32>,
+    /// Where those of each cluster end.
+    ends: Vec<Ends>,
+    /// Clusters of which some lanes, a bit each, are to be looked at.
+    candidates: Vec<(u32, u8)>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Ends {
+    small: u32,
+    all: u32,
+    clusters: u32,
+}
+
+impl Chunk {
+    /// The ends before the k-th cluster's.
+    #[inline(always)]
+    fn start(&self, k: usize) -> Ends {
+        if k == 0 { Ends::default() } else { self.ends[k - 1] }
+    }
 }
 
 /// The runs of cells around each cluster of a section.
@@ -107,6 +109,54 @@ impl Around {
     }
 }
 
+/// Lists seen from the other side: for each cluster of the section that lists are over, the clusters in whose lists it is.
+#[derive(Debug, Default)]
+pub struct Crossed {
+    first: usize,
+    /// Where those of each cluster begin, and the end of the last.
+    start: Vec<u32>,
+    clusters: Vec<u32>,
+}
+
+impl Crossed {
+    pub fn find(&mut self, lists: &Lists, slots: &Slots) {
+        let over = slots.clusters(lists.over);
+        self.first = over.start;
+        self.start.clear();
+        self.start.resize(over.len() + 2, 0);
+        for &listed in lists.chunks.iter().flat_map(|chunk| &chunk.clusters) {
+            self.start[listed as usize - over.start + 2] += 1;
+        }
+        for k in 2..self.start.len() {
+            self.start[k] += self.start[k - 1];
+        }
+        self.clusters.resize(self.start[over.len() + 1] as usize, 0);
+        // The entry behind a cluster's walks from where it begins to where it ends.
+        let mut cluster = lists.first as u32;
+        for chunk in &lists.chunks {
+            for k in 0..chunk.ends.len() {
+                let range = chunk.start(k).clusters as usize..chunk.ends[k].clusters as usize;
+                for &listed in &chunk.clusters[range] {
+                    let next = &mut self.start[listed as usize - over.start + 1];
+                    self.clusters[*next as usize] = cluster;
+                    *next += 1;
+                }
+                cluster += 1;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn of(&self, cluster: usize) -> &[u32] {
+        let k = cluster - self.first;
+        &self.clusters[self.start[k] as usize..self.start[k + 1] as usize]
+    }
+
+    pub fn bytes(&self) -> usize {
+        (self.start.capacity() + self.clusters.capacity()) * size_of::<u32>()
+    }
+}
+
 /// The radii of a list, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
@@ -114,13 +164,22 @@ pub struct Reach {
     pub large_m: f64,
 }
 
+/// Where candidates for lists come from.
+#[derive(Debug, Clone, Copy)]
+pub enum Candidates<'a> {
+    /// The cells in which a section is sorted, and which of them lie around each cluster.
+    Around(&'a Cells, &'a Around),
+    /// Lists of the other side.
+    Crossed(&'a Crossed),
+}
+
 impl Lists {
     pub fn new(of: Section, over: Section) -> Self {
         Lists { of, over, first: 0, chunks: Vec::new() }
     }
 
-    /// Makes them anew; `cells` are those in which the section `over` is sorted, `around` the runs of them to look into.
-    pub fn build(&mut self, slots: &Slots, cells: &Cells, around: &Around, reach: Reach, team: Team<'_>) {
+    /// Makes them anew from candidates of the section that they are over.
+    pub fn build(&mut self, slots: &Slots, candidates: Candidates<'_>, reach: Reach, team: Team<'_>) {
         let clusters = slots.clusters(self.of);
         let (of, over) = (self.of, self.over);
         self.first = clusters.start;
@@ -129,7 +188,7 @@ impl Lists {
             for (k, chunk) in range.zip(chunks) {
                 let first = clusters.start + k * CHUNK;
                 let clusters = first..clusters.end.min(first + CHUNK);
-                dispatch(Build { chunk, clusters, of, over, slots, cells, around: &around.chunks[k], reach });
+                dispatch(Build { chunk, k, clusters, of, over, slots, candidates, reach });
             }
         });
     }
@@ -139,11 +198,10 @@ impl Lists {
     pub fn of(&self, cluster: usize) -> Near<'_> {
         let k = cluster - self.first;
         let chunk = &self.chunks[k / CHUNK];
-        let (end, near_end) = chunk.ends[k % CHUNK];
-        let start = if k.is_multiple_of(CHUNK) { 0 } else { chunk.ends[k % CHUNK - 1].0 } as usize;
-        let slots = &chunk.slots[start..end as usize];
-        let own = if self.of == self.over { slots.len().min(self.own_lanes(cluster, slots)) } else { 0 };
-        Near { slots, near: near_end as usize - start, own }
+        let (start, end) = (chunk.start(k % CHUNK), chunk.ends[k % CHUNK]);
+        let all = &chunk.all[start.all as usize..end.all as usize];
+        let own = if self.of == self.over { self.own_lanes(cluster, all) } else { 0 };
+        Near { small: &chunk.small[start.small as usize..end.small as usize], all, own }
     }
 
     /// The first slots of a list that are the cluster's own.
@@ -154,8 +212,9 @@ impl Lists {
 
     pub fn bytes(&self) -> usize {
         let bytes = |c: &Chunk| {
-            (c.slots.capacity() + c.far.capacity()) * size_of::<u32>()
-                + c.ends.capacity() * size_of::<(u32, u32)>()
+            (c.small.capacity() + c.all.capacity() + c.clusters.capacity()) * size_of::<u32>()
+                + c.ends.capacity() * size_of::<Ends>()
+                + c.candidates.capacity() * size_of::<(u32, u8)>()
         };
         self.chunks.iter().map(bytes).sum()
     }
@@ -163,12 +222,13 @@ impl Lists {
 
 struct Build<'a> {
     chunk: &'a mut Chunk,
+    /// The number of the chunk.
+    k: usize,
     clusters: Range<usize>,
     of: Section,
     over: Section,
     slots: &'a Slots,
-    cells: &'a Cells,
-    around: &'a Runs,
+    candidates: Candidates<'a>,
     reach: Reach,
 }
 
@@ -177,50 +237,88 @@ impl Kernel for Build<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let Build {
-            chunk: Chunk { slots: found, far, ends },
-            clusters,
-            of,
-            over,
-            slots,
-            cells,
-            around,
-            reach,
-        } = self;
-        let (small, large) = (s.splat(reach.small_m * reach.small_m), s.splat(reach.large_m * reach.large_m));
-        let offset = slots.of(over).start;
-        found.clear();
+        let Build { chunk, k, clusters, of, over, slots, candidates: source, reach } = self;
+        let Chunk { small, all, clusters: listed, ends, candidates } = chunk;
+        let small2 = s.splat(reach.small_m * reach.small_m);
+        let large2 = s.splat(reach.large_m * reach.large_m);
+        let (lanes, filled) = (&slots.lanes[..], slots.of(over));
+        let mut end = Ends::default();
         ends.clear();
-        for (k, cluster) in clusters.enumerate() {
-            let lanes = &slots.lanes[cluster];
-            let x = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
-            let first = cluster * LANES;
-            let own = if of == over { first..first + slots.filled_lanes(of, cluster) } else { 0..0 };
-            found.extend(own.clone().map(|slot| slot as u32));
-            far.clear();
-            let candidates: usize = around.of(k).iter().map(|&run| cells.in_run(run).len()).sum();
-            let (mut near_len, mut far_len) = (found.len(), 0);
-            // A place more than there are candidates: the cursor writes before it knows.
-            found.resize(near_len + candidates + 1, 0);
-            far.resize(candidates + 1, 0);
-            for &run in around.of(k) {
-                let range = cells.in_run(run);
-                for slot in range.start + offset..range.end + offset {
-                    let r2 = s.distance2(&slots.points[slot], &x);
-                    let near = s.bits(s.below(r2, small)) != 0;
-                    let within = s.bits(s.below(r2, large)) != 0;
-                    let other = slot < own.start || slot >= own.end;
-                    found[near_len] = slot as u32;
-                    far[far_len] = slot as u32;
-                    near_len += usize::from(near & other);
-                    far_len += usize::from(within & !near & other);
+        for (member, cluster) in clusters.enumerate() {
+            candidates.clear();
+            match source {
+                Candidates::Around(cells, around) => {
+                    for &run in around.chunks[k].of(member) {
+                        let range = cells.in_run(run);
+                        push_blocks(range.start + filled.start..range.end + filled.start, candidates);
+                    }
+                }
+                Candidates::Crossed(crossed) => {
+                    for &block in crossed.of(cluster) {
+                        let first = block as usize * LANES;
+                        push_blocks(first..filled.end.min(first + LANES), candidates);
+                    }
                 }
             }
-            found.truncate(near_len);
-            far.truncate(far_len);
-            let near_end = found.len() as u32;
-            found.extend_from_slice(far);
-            ends.push((found.len() as u32, near_end));
+            // Whole vectors are written: what stands beyond the end is written over.
+            let room = (candidates.len() + 1) * LANES;
+            make_room(small, end.small as usize + room, 0);
+            make_room(all, end.all as usize + room, 0);
+            make_room(listed, end.clusters as usize + candidates.len() + 1, 0);
+            let (small, all, listed) = (&mut small[..], &mut all[..], &mut listed[..]);
+            if of == over {
+                let own = 0xFF >> (LANES - slots.filled_lanes(of, cluster));
+                let first = (cluster * LANES) as u32;
+                end.small += s.compress(first, own, &mut small[end.small as usize..]) as u32;
+                end.all += s.compress(first, own, &mut all[end.all as usize..]) as u32;
+            }
+            let x = &lanes[cluster];
+            for &(block, inside) in candidates.iter() {
+                let r2 = nearest2(s, &lanes[block as usize], x);
+                let itself = of == over && block as usize == cluster;
+                let inside = if itself { 0 } else { inside };
+                let (in_small, in_large) =
+                    (s.bits(s.below(r2, small2)) & inside, s.bits(s.below(r2, large2)) & inside);
+                let first = block * LANES as u32;
+                end.small += s.compress(first, in_small, &mut small[end.small as usize..]) as u32;
+                end.all += s.compress(first, in_large, &mut all[end.all as usize..]) as u32;
+                listed[end.clusters as usize] = block;
+                end.clusters += u32::from(in_large != 0);
+            }
+            ends.push(end);
+        }
+        small.truncate(end.small as usize);
+        all.truncate(end.all as usize);
+        listed.truncate(end.clusters as usize);
+    }
+}
+
+/// Appends the clusters that a range of slots reaches into, with the lanes that it holds; ranges come in ascending order.
+#[inline(always)]
+fn push_blocks(range: Range<usize>, blocks: &mut Vec<(u32, u8)>) {
+    if range.is_empty() {
+        return;
+    }
+    for block in range.start / LANES..range.end.div_ceil(LANES) {
+        let first = block * LANES;
+        let from = 0xFFu8 << range.start.saturating_sub(first);
+        let until = 0xFFu8 >> (first + LANES).saturating_sub(range.end);
+        match blocks.last_mut() {
+            // The end of the range before.
+            Some((last, inside)) if *last == block as u32 => *inside |= from & until,
+            _ => blocks.push((block as u32, from & until)),
         }
     }
+}
+
+/// The square of the distance from each of eight particles to the nearest lane of a cluster.
+#[inline(always)]
+fn nearest2<S: Simd>(s: S, there: &Lanes, x: &Lanes) -> S::F {
+    let there = [s.load(&there[0]), s.load(&there[1]), s.load(&there[2])];
+    let mut nearest = s.splat(f64::INFINITY);
+    for ((&x, &y), &z) in x[0].iter().zip(&x[1]).zip(&x[2]) {
+        let r = [s.sub(there[0], s.splat(x)), s.sub(there[1], s.splat(y)), s.sub(there[2], s.splat(z))];
+        nearest = s.min(s.dot(r, r), nearest);
+    }
+    nearest
 }

@@ -21,15 +21,17 @@ use crate::engine::particles::Kind;
 use crate::engine::search::grid::{self, Buckets};
 use crate::engine::search::{CandidateSearch, Lengths, NONE, Now};
 use cells::{Cells, Grid};
-use lists::Around;
+use lists::{Around, Candidates, Crossed};
 pub use lists::{CHUNK, Lists, Near, Reach};
 pub use slots::{FAR, Lanes, Section, Slots};
 
 /// By how much lists reach further than the largest radius, in particle distances: as much as particles moved between the
-/// last making of lists and the first walk after it, and a little more, but no more than what a longer list is worth.
+/// making of lists and the first walk after it, lately, and a little more, but no more than what a longer list is worth.
 const LEAST_SKIN: f64 = 0.05;
 const MOST_SKIN: f64 = 0.4;
 const MORE: f64 = 1.3;
+/// How fast what was needed is forgotten, a making of lists.
+const REMEMBERED: f64 = 0.95;
 
 #[derive(Debug)]
 pub struct Clusters {
@@ -37,7 +39,7 @@ pub struct Clusters {
     pub slots: Slots,
     grid: Grid,
     cells: [Cells; 3],
-    around_walls: Around,
+    crossed: Crossed,
     around_mobile: Around,
     /// Of the mobile clusters over all three sections.
     pub mobile: [Lists; 3],
@@ -47,8 +49,8 @@ pub struct Clusters {
     pub wall_mobile: Lists,
     /// Counts how often walls were sorted: what was worked out from their places holds while it stays.
     pub walls_sorted: usize,
-    /// The particles of the section that is sorted.
-    members: Vec<u32>,
+    /// The particles of each section.
+    members: [Vec<u32>; 3],
     /// The kinds and positions that the lists were made from.
     kind: Vec<Kind>,
     built_at: Vec<Vec3>,
@@ -57,19 +59,22 @@ pub struct Clusters {
     built: usize,
     /// The furthest that a particle has moved since, metres.
     moved_m: f64,
-    /// The skin of the lists, and the one that the first walk since they were made called for, in particle distances.
+    /// In particle distances: the skin of the lists, the one that the first walk since they were made called for, and the
+    /// one that was needed lately.
     skin: f64,
     called_for: f64,
+    needed: f64,
 }
 
 impl Clusters {
     fn reach(&self) -> Reach {
         let Lengths { particle_distance_m, small_m, large_m } = self.lengths;
         let skin_m = self.skin * particle_distance_m;
-        Reach { small_m: small_m + skin_m, large_m: large_m + skin_m }
+        // The small lists are for walks over the places that lists were made from: density and gradient.
+        Reach { small_m, large_m: large_m + skin_m }
     }
 
-    /// Whether a walk over the near parts finds all pairs within `radius_m` where particles are now. Resting walls among
+    /// Whether a walk over the small lists finds all pairs within `radius_m` where particles are now. Resting walls among
     /// themselves need no skin.
     pub fn small_reaches(&self, radius_m: f64) -> bool {
         radius_m + 2.0 * self.moved_m <= self.reach().small_m
@@ -80,14 +85,13 @@ impl Clusters {
         for section in [Section::DummyWall, Section::Wall] {
             self.sort(section, positions);
         }
-        let Lengths { particle_distance_m, small_m, large_m } = self.lengths;
-        // Particles of fluid may be looked for with any skin.
-        let furthest_m = large_m + MOST_SKIN * particle_distance_m;
-        self.around_walls.find(&self.slots, &self.grid, furthest_m, team);
         // Walls do not move towards one another.
-        let (reach, around) = (Reach { small_m, large_m }, &self.around_walls);
+        let Lengths { small_m, large_m, .. } = self.lengths;
+        let reach = Reach { small_m, large_m };
+        let mut around = Around::new(Section::Wall);
+        around.find(&self.slots, &self.grid, large_m, team);
         for (lists, cells) in self.wall.iter_mut().zip(&self.cells) {
-            lists.build(&self.slots, cells, around, reach, team);
+            lists.build(&self.slots, Candidates::Around(cells, &around), reach, team);
         }
         self.walls_sorted += 1;
     }
@@ -95,12 +99,9 @@ impl Clusters {
     fn sort(&mut self, section: Section, positions: &[Vec3]) {
         let slots = self.slots.of(section);
         // Sorted from the particles' own order, so that the order does not depend on the one before.
-        let belongs = |i: &u32| section_of(self.kind[*i as usize]) == Some(section);
-        self.members.clear();
-        self.members.extend((0..self.kind.len() as u32).filter(belongs));
         self.cells[section as usize].sort(
             &self.grid,
-            &self.members,
+            &self.members[section as usize],
             positions,
             &mut self.slots.particle[slots],
         );
@@ -116,12 +117,17 @@ impl Clusters {
 
     /// Makes all lists from the particles at `positions`; those among walls, if `walls_too`.
     fn build_at(&mut self, kinds: &[Kind], positions: &[Vec3], walls_too: bool, team: Team<'_>) {
-        if walls_too || self.kind != kinds {
+        let anew = walls_too || self.kind != kinds;
+        if anew {
             self.kind.clear();
             self.kind.extend_from_slice(kinds);
-            let counts =
-                Section::ALL.map(|s| kinds.iter().filter(|&&kind| section_of(kind) == Some(s)).count());
-            self.slots.lay_out(counts, kinds.len());
+            self.members.iter_mut().for_each(Vec::clear);
+            for (i, &kind) in (0..).zip(kinds) {
+                if let Some(section) = section_of(kind) {
+                    self.members[section as usize].push(i);
+                }
+            }
+            self.slots.lay_out(self.members.each_ref().map(Vec::len), kinds.len());
             for (slot, &kind) in self.slots.of_particle.iter_mut().zip(kinds) {
                 if section_of(kind).is_none() {
                     *slot = NONE;
@@ -135,12 +141,18 @@ impl Clusters {
         let reach = self.reach();
         self.around_mobile.find(&self.slots, &self.grid, reach.large_m, team);
         for (lists, cells) in self.mobile.iter_mut().zip(&self.cells) {
-            lists.build(&self.slots, cells, &self.around_mobile, reach, team);
+            lists.build(&self.slots, Candidates::Around(cells, &self.around_mobile), reach, team);
         }
-        let mobile = &self.cells[Section::Mobile as usize];
-        self.wall_mobile.build(&self.slots, mobile, &self.around_walls, reach, team);
-        self.built_at.clear();
-        self.built_at.extend_from_slice(positions);
+        self.crossed.find(&self.mobile[Section::Wall as usize], &self.slots);
+        self.wall_mobile.build(&self.slots, Candidates::Crossed(&self.crossed), reach, team);
+        if anew {
+            self.built_at.clear();
+            self.built_at.extend_from_slice(positions);
+        } else {
+            for &i in &self.members[Section::Mobile as usize] {
+                self.built_at[i as usize] = positions[i as usize];
+            }
+        }
         self.moved_m = 0.0;
     }
 
@@ -169,7 +181,7 @@ impl Clusters {
         lists
             .into_iter()
             .flatten()
-            .any(|lists| lists.of(cluster).all().iter().any(|&slot| is_hit(slot as usize)))
+            .any(|lists| lists.of(cluster).all.iter().any(|&slot| is_hit(slot as usize)))
     }
 
     /// Looks at all particles around a place that has no list.
@@ -193,6 +205,16 @@ impl Clusters {
     }
 }
 
+/// Makes a list at least so long. What grows from step to step gets a quarter more than it needs, instead of twice as much.
+pub fn make_room<T: Copy>(list: &mut Vec<T>, length: usize, filling: T) {
+    if list.len() < length {
+        if list.capacity() < length {
+            list.reserve_exact(length + length / 4 - list.len());
+        }
+        list.resize(length, filling);
+    }
+}
+
 fn section_of(kind: Kind) -> Option<Section> {
     match kind {
         Kind::Fluid | Kind::Body => Some(Section::Mobile),
@@ -211,13 +233,13 @@ impl CandidateSearch for Clusters {
             slots: Slots::default(),
             cells: [cells(), cells(), cells()],
             grid,
-            around_walls: Around::new(Section::Wall),
+            crossed: Crossed::default(),
             around_mobile: Around::new(Section::Mobile),
             mobile: Section::ALL.map(|over| Lists::new(Section::Mobile, over)),
             wall: [Section::DummyWall, Section::Wall].map(|over| Lists::new(Section::Wall, over)),
             wall_mobile: Lists::new(Section::Wall, Section::Mobile),
             walls_sorted: 0,
-            members: Vec::new(),
+            members: Default::default(),
             kind: Vec::new(),
             built_at: Vec::new(),
             generation: 0,
@@ -225,6 +247,7 @@ impl CandidateSearch for Clusters {
             moved_m: f64::INFINITY,
             skin: LEAST_SKIN,
             called_for: f64::INFINITY,
+            needed: 0.0,
         }
     }
 
@@ -236,21 +259,25 @@ impl CandidateSearch for Clusters {
             self.build_at(&kind, &built_at, true, team);
             self.built = self.generation;
         }
-        let walls_rest =
-            self.built == self.generation && !now.walls_moved && self.walls_are_those_of(now.kind);
+        let same_kinds = self.kind == now.kind;
+        let walls_rest = self.built == self.generation
+            && !now.walls_moved
+            && (same_kinds || self.walls_are_those_of(now.kind));
         self.built = self.generation;
-        if walls_rest && self.kind == now.kind {
+        if walls_rest && same_kinds {
             self.moved_m = self.furthest(now.position);
-            if now.radius_m == self.lengths.large_m {
-                self.called_for = self.called_for.min(2.0 * self.moved_m / self.lengths.particle_distance_m);
+            if now.radius_m == self.lengths.large_m && self.called_for == f64::INFINITY {
+                self.called_for = 2.0 * self.moved_m / self.lengths.particle_distance_m;
+                if MORE * self.called_for <= MOST_SKIN {
+                    self.needed = self.called_for.max(REMEMBERED * self.needed);
+                }
             }
-            if now.radius_m + 2.0 * self.moved_m <= self.reach().large_m {
+            if self.reaches(now.radius_m) {
                 self.slots.gather(Section::Mobile, now.position);
                 return;
             }
         }
-        let skin = MORE * self.called_for;
-        self.skin = if skin > MOST_SKIN { LEAST_SKIN } else { skin.max(LEAST_SKIN) };
+        self.skin = (MORE * self.needed).max(LEAST_SKIN);
         self.called_for = f64::INFINITY;
         self.generation += 1;
         self.built = self.generation;
@@ -305,6 +332,7 @@ impl CandidateSearch for Clusters {
         visitor("list_generation", Column::Count(&mut self.generation));
         visitor("list_skin", Column::Number(&mut self.skin));
         visitor("list_skin_called_for", Column::Number(&mut self.called_for));
+        visitor("list_skin_needed", Column::Number(&mut self.needed));
         visitor("list_kind", Column::Kinds(&mut self.kind));
         visitor("list_position", Column::Vectors(&mut self.built_at));
     }
@@ -312,9 +340,9 @@ impl CandidateSearch for Clusters {
     fn bytes(&self) -> usize {
         let lists = self.mobile.iter().chain(&self.wall).chain([&self.wall_mobile]);
         self.slots.bytes()
-            + self.members.capacity() * size_of::<u32>()
+            + self.members.iter().map(Vec::capacity).sum::<usize>() * size_of::<u32>()
             + self.cells.iter().map(Cells::bytes).sum::<usize>()
-            + self.around_walls.bytes()
+            + self.crossed.bytes()
             + self.around_mobile.bytes()
             + lists.map(Lists::bytes).sum::<usize>()
             + self.kind.capacity()
