@@ -23,6 +23,8 @@ pub const MAX_CHUNK: usize = 1 << 30;
 pub enum Schedule {
     /// One contiguous share a worker, decided before the loop starts.
     Static,
+    /// Chunks of a fixed size dealt out in turn before the loop starts: OpenMP's `schedule(static, chunk)`.
+    Dealt(NonZeroUsize),
     /// Chunks of a fixed size from a shared counter: OpenMP's `schedule(dynamic, chunk)`, the paper's with 64.
     Dynamic(NonZeroUsize),
     /// Chunks that shrink with the remaining work, `max(chunk, remaining / threads)`: OpenMP's `schedule(guided, chunk)`.
@@ -33,14 +35,26 @@ pub enum Schedule {
 
 impl Schedule {
     /// The forms that [`Schedule::from_str`] reads.
-    pub const ALLOWED: &'static str =
-        "`static`, `dynamic:<chunk>`, `guided:<chunk>` or `rayon:<chunk>` with a chunk of 1 to 1073741824";
+    pub const ALLOWED: &'static str = "`static`, `static:<chunk>`, `dynamic:<chunk>`, `guided:<chunk>` or `rayon:<chunk>` with a chunk of 1 to 1073741824";
+
+    /// The same over pieces of so many rows each: a chunk becomes as many pieces as hold its rows, one at least.
+    fn over_pieces_of(self, rows: usize) -> Schedule {
+        let pieces = |chunk: NonZeroUsize| NonZeroUsize::new(chunk.get() / rows).unwrap_or(NonZeroUsize::MIN);
+        match self {
+            Schedule::Static => Schedule::Static,
+            Schedule::Dealt(chunk) => Schedule::Dealt(pieces(chunk)),
+            Schedule::Dynamic(chunk) => Schedule::Dynamic(pieces(chunk)),
+            Schedule::Guided(chunk) => Schedule::Guided(pieces(chunk)),
+            Schedule::Rayon(chunk) => Schedule::Rayon(pieces(chunk)),
+        }
+    }
 }
 
 impl fmt::Display for Schedule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Schedule::Static => write!(f, "static"),
+            Schedule::Dealt(chunk) => write!(f, "static:{chunk}"),
             Schedule::Dynamic(chunk) => write!(f, "dynamic:{chunk}"),
             Schedule::Guided(chunk) => write!(f, "guided:{chunk}"),
             Schedule::Rayon(chunk) => write!(f, "rayon:{chunk}"),
@@ -69,6 +83,7 @@ impl FromStr for Schedule {
             return Err(unknown());
         }
         match name {
+            "static" => Ok(Schedule::Dealt(chunk)),
             "dynamic" => Ok(Schedule::Dynamic(chunk)),
             "guided" => Ok(Schedule::Guided(chunk)),
             "rayon" => Ok(Schedule::Rayon(chunk)),
@@ -138,6 +153,17 @@ impl Workers {
         Team { pool: Some(&self.pool), schedule: Schedule::Static }
     }
 
+    /// The team that works by the schedule on pieces of so many rows, whose chunks still count rows.
+    pub fn scheduled_over(&self, rows_a_piece: usize) -> Team<'_> {
+        Team { pool: Some(&self.pool), schedule: self.schedule.over_pieces_of(rows_a_piece) }
+    }
+
+    /// The team with shares dealt out four rows at a time: for loops over unequal rows, where each thread should meet the same
+    /// memory again.
+    pub fn dealt_out(&self) -> Team<'_> {
+        Team { pool: Some(&self.pool), schedule: Schedule::Dealt(const { NonZeroUsize::new(4).unwrap() }) }
+    }
+
     /// A column of `len` copies of `value`, each page first touched by the thread that gets its part of an even share.
     pub fn column<T: Copy + Send + Sync + Default>(&self, len: usize, value: T) -> Vec<T> {
         let mut column = vec![T::default(); len];
@@ -170,6 +196,11 @@ impl Team<'_> {
     /// The calling thread alone.
     pub const SERIAL: Team<'static> = Team { pool: None, schedule: Schedule::Static };
 
+    /// The same threads with contiguous shares.
+    pub fn evenly(self) -> Self {
+        Team { schedule: Schedule::Static, ..self }
+    }
+
     /// Calls `body` with ranges that together cover `0..len`, each index once and none of them empty: a worker for whom
     /// nothing is left is not asked, so that a body may take the first index of its range for one of its own.
     pub fn run(self, len: usize, body: impl Fn(Range<usize>) + Sync) {
@@ -186,6 +217,14 @@ impl Team<'_> {
                 pool.broadcast(|worker| {
                     let share = |k: usize| len / worker.num_threads() * k + k.min(len % worker.num_threads());
                     body(share(worker.index())..share(worker.index() + 1));
+                });
+            }
+            Schedule::Dealt(chunk) => {
+                let chunk = chunk.get();
+                pool.broadcast(|worker| {
+                    for start in (worker.index() * chunk..len).step_by(worker.num_threads() * chunk) {
+                        body(start..len.min(start + chunk));
+                    }
                 });
             }
             Schedule::Dynamic(chunk) => {

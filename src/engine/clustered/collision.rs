@@ -38,7 +38,7 @@ impl ClusterCollisions {
         let mobile = clusters.slots.clusters(Section::Mobile);
         self.found.resize_with(mobile.len().div_ceil(CHUNK), Vec::new);
         let distance_m = self.distance_m;
-        state.team().fill(Rows::new(&mut self.found), |range, found| {
+        state.workers.scheduled_over(CHUNK * LANES).fill(Rows::new(&mut self.found), |range, found| {
             for (k, found) in range.zip(found) {
                 let first = mobile.start + k * CHUNK;
                 let pieces = first..mobile.end.min(first + CHUNK);

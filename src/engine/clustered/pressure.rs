@@ -18,7 +18,7 @@ use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::options::{self, Clamp, Enclosed, Source, Surface};
 use crate::engine::pressure::poisson::QUIET;
 use crate::engine::pressure::preconditioner::Places;
-use crate::engine::pressure::system_matrix::System;
+use crate::engine::pressure::system_matrix::{BLOCK, System};
 use crate::engine::pressure::{Pressure, PressureReport};
 use crate::engine::search::NONE;
 use crate::engine::search::clusters::{Clusters, Lanes, Section};
@@ -93,7 +93,7 @@ impl<V: Kept> ClusterPressure<V> {
     /// Phase `number_density`.
     fn find_density(&mut self, state: &mut State<Clusters>) -> Result<(), SimulationError> {
         self.rows = RowSpace::of(&state.candidates);
-        self.density.sum(&state.candidates, &self.rows, state.workers.scheduled());
+        self.density.sum(&state.candidates, &self.rows, state.workers.scheduled_over(PIECE * LANES));
         let (n, broken) = (self.density.n.as_flattened(), FirstIndex::default());
         let first = self.rows.first_slot();
         let team = state.workers.scheduled();
@@ -177,11 +177,14 @@ impl<V: Kept> ClusterPressure<V> {
     fn accelerate(&mut self, state: &mut State<Clusters>) -> Result<(), SimulationError> {
         let (clusters, mobile, kernel) = (&state.candidates, self.rows.mobile(), self.gradient_kernel);
         self.sums.resize(mobile.len(), [[0.0; LANES]; 3]);
-        state.workers.scheduled().fill(Rows::of_width(&mut self.sums, PIECE), |pieces, sums| {
-            let first = mobile.start + pieces.start * PIECE;
-            let pieces = first..first + sums.len();
-            dispatch(Gradient { clusters, kernel, pieces, sums });
-        });
+        state.workers.scheduled_over(PIECE * LANES).fill(
+            Rows::of_width(&mut self.sums, PIECE),
+            |pieces, sums| {
+                let first = mobile.start + pieces.start * PIECE;
+                let pieces = first..first + sums.len();
+                dispatch(Gradient { clusters, kernel, pieces, sums });
+            },
+        );
         let (sums, factor, broken) = (&self.sums, self.gradient_factor, FirstIndex::default());
         let team = state.workers.scheduled();
         let first = mobile.start * LANES;
@@ -204,7 +207,7 @@ impl<V: Kept, T> Stage<Clusters, T> for ClusterPressure<V> {
         let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
         within(probe, Phase::Matrix, || {
             let walls_unknown = || self.density.resting_at_least(self.surface_threshold * self.n0);
-            let team = state.workers.scheduled();
+            let team = state.workers.scheduled_over(BLOCK);
             self.matrix.assemble(&state.candidates, &self.rows, walls_unknown, compressibility, team);
         });
         within(probe, Phase::Connectivity, || self.settle_enclosed(state));

@@ -101,14 +101,17 @@ impl ClusterViscosity {
         let mobile = clusters.slots.clusters(Section::Mobile);
         self.sums.resize(mobile.len(), Sums::default());
         let (velocity, radius_m, diffuses) = (&self.velocity, self.radius_m, self.diffusing.is_some());
-        state.workers.scheduled().fill(Rows::of_width(&mut self.sums, PIECE), |pieces, sums| {
-            let first = mobile.start + pieces.start * PIECE;
-            let pieces = first..first + sums.len();
-            match diffuses {
-                false => dispatch(Sum::<false> { clusters, pieces, velocity, moving, radius_m, sums }),
-                true => dispatch(Sum::<true> { clusters, pieces, velocity, moving, radius_m, sums }),
-            }
-        });
+        state.workers.scheduled_over(PIECE * LANES).fill(
+            Rows::of_width(&mut self.sums, PIECE),
+            |pieces, sums| {
+                let first = mobile.start + pieces.start * PIECE;
+                let pieces = first..first + sums.len();
+                match diffuses {
+                    false => dispatch(Sum::<false> { clusters, pieces, velocity, moving, radius_m, sums }),
+                    true => dispatch(Sum::<true> { clusters, pieces, velocity, moving, radius_m, sums }),
+                }
+            },
+        );
         let (sums, factor, kind) = (&self.sums, self.term.factor, &state.particles.kind);
         let team = state.workers.scheduled();
         let first = mobile.start * LANES;

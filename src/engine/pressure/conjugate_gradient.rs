@@ -121,16 +121,18 @@ impl ConjugateGradient {
         &self.solution
     }
 
-    fn team<'a>(&self, workers: &'a Workers) -> Team<'a> {
+    /// Groups of rows that share columns are unequal: those of dry walls are next to nothing.
+    fn team<'a>(&self, in_lanes: bool, workers: &'a Workers) -> Team<'a> {
         match self.params.mode {
             CgMode::Serial => Team::SERIAL,
+            CgMode::Parallel if in_lanes => workers.dealt_out(),
             CgMode::Parallel => workers.shared_evenly(),
         }
     }
 
     /// Makes the pressures of each part without a surface start from zero.
     pub fn make_minima_zero(&mut self, parts: &mut EnclosedParts, workers: &Workers) {
-        let team = self.team(workers);
+        let team = self.team(false, workers);
         parts.subtract_minima(&mut self.solution, team);
     }
 
@@ -141,7 +143,7 @@ impl ConjugateGradient {
         parts: &mut EnclosedParts,
         workers: &Workers,
     ) -> Result<CgInfo, CgError> {
-        let team = self.team(workers);
+        let team = self.team(M::IN_LANES, workers);
         self.start(system.source, team, workers);
         if system.quiet {
             return Ok(CgInfo::default());

@@ -12,6 +12,8 @@
 mod cells;
 mod lists;
 mod slots;
+#[cfg(test)]
+mod tests;
 
 use crate::base::parallel::{Team, Workers};
 use crate::base::simd::LANES;
@@ -252,7 +254,7 @@ impl CandidateSearch for Clusters {
     }
 
     fn build(&mut self, _buckets: &Buckets, now: Now<'_>, workers: &Workers) {
-        let team = workers.scheduled();
+        let team = workers.scheduled_over(CHUNK * LANES);
         if self.built != self.generation && !self.built_at.is_empty() {
             // A state was put back: the lists are made as they were in it.
             let (kind, built_at) = (std::mem::take(&mut self.kind), std::mem::take(&mut self.built_at));

@@ -194,7 +194,7 @@ impl Levels {
     /// `E P^T r`: a number a box.
     pub fn correct(&mut self, boxes: &Boxes, residual: &[f64], team: Team<'_>) -> &[f64] {
         let levels = &mut self.levels[..self.count];
-        levels[0].gather(boxes, residual, team);
+        levels[0].gather(boxes, residual, team.evenly());
         visit(levels, &self.dense, team);
         &levels[0].solution
     }
@@ -256,5 +256,5 @@ fn visit(levels: &mut [Level], dense: &Dense, team: Team<'_>) {
 
 /// The team, if so many boxes are worth waking it for.
 fn worth(boxes: usize, team: Team<'_>) -> Team<'_> {
-    if boxes < SHARED { Team::SERIAL } else { team }
+    if boxes < SHARED { Team::SERIAL } else { team.evenly() }
 }

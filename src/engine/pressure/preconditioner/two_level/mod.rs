@@ -90,8 +90,8 @@ impl Preconditioner for TwoLevel {
         team: Team<'_>,
         workers: &Workers,
     ) -> Result<(), CgError> {
-        self.find_boxes(matrix.rows(), places, team);
-        invert(matrix.diagonal(), &mut self.inverse, team);
+        self.find_boxes(matrix.rows(), places, team.evenly());
+        invert(matrix.diagonal(), &mut self.inverse, team.evenly());
         let (key, of) = (&self.key, &self.boxes.of);
         if M::IN_LANES {
             matrix.add_up_by_box(RowBoxes { of, key }, &mut self.lane_boxes, team);
