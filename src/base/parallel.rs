@@ -490,10 +490,20 @@ mod tests {
     use super::*;
 
     fn schedules() -> Vec<Schedule> {
-        ["static", "dynamic:1", "dynamic:64", "guided:1", "guided:7", "rayon:1", "rayon:1000"]
-            .iter()
-            .map(|name| name.parse().unwrap())
-            .collect()
+        [
+            "static",
+            "static:1",
+            "static:5",
+            "dynamic:1",
+            "dynamic:64",
+            "guided:1",
+            "guided:7",
+            "rayon:1",
+            "rayon:1000",
+        ]
+        .iter()
+        .map(|name| name.parse().unwrap())
+        .collect()
     }
 
     #[test]
@@ -574,7 +584,7 @@ mod tests {
             "dynamic:-1",
             "dynamic:1.5",
             "fair:64",
-            "static:4",
+            "static:0",
             "rayon:1073741825",
         ] {
             let error = wrong.parse::<Schedule>().unwrap_err().to_string();
