@@ -55,7 +55,7 @@ impl SharedWalk {
         !(self.viscosity || self.temperature || self.concentration || self.tension)
     }
 
-    /// The stage of the shared walk.
+    /// The stage of the shared walk; a walk for the textbook's viscosity alone has no room for anything else.
     pub fn stage<C: CandidateSearch, T: DistanceTest>(self, parameters: &Parameters) -> Box<dyn Stage<C, T>> {
         let effects = &parameters.effects;
         let viscosity = effects.viscosity.as_ref().filter(|_| self.viscosity);
@@ -69,6 +69,14 @@ impl SharedWalk {
             let diffusion = diffusion.as_ref().filter(|_| member);
             diffusion.map(|diffusion| LatticeDiffusion::new(carried, diffusion, parameters))
         };
+        let alone = !(self.temperature || self.concentration || self.tension);
+        if let Some(term) = uniform.filter(|_| alone) {
+            return Box::new(PairPass {
+                term,
+                radius_m: parameters.laplacian_radius_m(),
+                phase: Phase::PairTerms,
+            });
+        }
         let tension = effects.potential_tension.filter(|_| self.tension);
         let tension = tension.map(|tension| PairAttraction::new(tension, parameters));
         let term: Joined = (
