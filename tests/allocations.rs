@@ -11,7 +11,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use common::{Change, Run};
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::phase::NoProbe;
 use repro::engine::preset::{Preset, Search};
 use repro::engine::pressure::preconditioner::Preconditioning;

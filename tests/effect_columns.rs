@@ -6,7 +6,8 @@ mod toy;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::particles::{InitialParticle, Kind};
 use repro::engine::phase::{Phase, Probe};
 use repro::engine::preset::Preset;

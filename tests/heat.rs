@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::effects::buoyancy::Buoyancy;
 use repro::engine::effects::collision::Collision;
 use repro::engine::effects::diffusion::{Diffusion, Laplacian, WallCondition};

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::effects::viscosity::Viscosity;
 use repro::engine::kernel::Dimensions;
 use repro::engine::parameters::{Domain, Effects, Parameters, Radii};

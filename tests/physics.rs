@@ -5,7 +5,8 @@ mod common;
 use std::sync::Arc;
 
 use common::{Run, dam_break, run_scene};
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::base::vec3::{Vec3, add_scaled, dot, scale, sub};
 use repro::engine::diagnostics::LeakWatch;
 use repro::engine::effects::collision::Collision;

@@ -1,6 +1,7 @@
 //! Preconditioners on matrices with known answers, and on those that they must refuse.
 
-use repro::base::parallel::{Schedule, Team, Workers};
+use repro::base::parallel::{Team, Workers};
+use repro::base::schedule::Schedule;
 use repro::base::vec3::Vec3;
 use repro::engine::pressure::conjugate_gradient::{CgError, CgInfo, CgParams, ConjugateGradient};
 use repro::engine::pressure::enclosed::EnclosedParts;

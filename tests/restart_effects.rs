@@ -5,7 +5,8 @@ mod toy;
 
 use std::sync::Arc;
 
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::diagnostics::digest;
 use repro::engine::phase::NoProbe;
 use repro::engine::preset::Preset;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::parameters::{Domain, Parameters};
 use repro::engine::particles::{InitialParticle, Kind};
 use repro::engine::phase::NoProbe;

@@ -1,6 +1,7 @@
 //! The pressure solve of general scenes against known answers.
 
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::effects::shifting::{AtSurface, Shifting};
 use repro::engine::parameters::{Effects, Parameters};
 use repro::engine::particles::{InitialParticle, Kind};

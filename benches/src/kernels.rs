@@ -5,7 +5,8 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use repro::base::parallel::{Schedule, Workers};
+use repro::base::parallel::Workers;
+use repro::base::schedule::Schedule;
 use repro::engine::parameters::Parameters;
 use repro::engine::particles::{InitialParticle, Particles};
 use repro::engine::phase::NoProbe;

@@ -5,6 +5,7 @@ pub mod files;
 pub mod input;
 pub mod parallel;
 pub mod prefetch;
+pub mod schedule;
 pub mod simd;
 pub mod statistics;
 pub mod vec3;

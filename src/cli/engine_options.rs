@@ -7,7 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use crate::base::input::InputError;
-use crate::base::parallel::{MAX_THREADS, Schedule, Workers};
+use crate::base::parallel::{MAX_THREADS, Workers};
+use crate::base::schedule::Schedule;
 use crate::engine::preset::{Options, PairTerms, Preset, Test};
 use crate::engine::pressure::conjugate_gradient::CgMode;
 use crate::engine::pressure::matrix::Storage;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::num::NonZeroUsize;
 use std::str::FromStr;
 
-use crate::base::parallel::Schedule;
+use crate::base::schedule::Schedule;
 use crate::engine::pressure::conjugate_gradient::CgParams;
 use crate::engine::pressure::matrix::Storage;
 use crate::engine::pressure::preconditioner::Preconditioning;

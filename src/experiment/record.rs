@@ -95,7 +95,7 @@ impl Variant {
             schedule: self
                 .schedule
                 .parse()
-                .map_err(|e: crate::base::parallel::UnknownSchedule| wrong("schedule", e.to_string()))?,
+                .map_err(|e: crate::base::schedule::UnknownSchedule| wrong("schedule", e.to_string()))?,
             cg: CgParams {
                 tolerance: checked_tolerance(file, self.cg_tolerance)?,
                 mode: match self.cg.as_str() {

@@ -11,7 +11,8 @@ use std::time::Instant;
 use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 
-use crate::base::parallel::{Schedule, Workers};
+use crate::base::parallel::Workers;
+use crate::base::schedule::Schedule;
 use crate::engine::diagnostics::digest;
 use crate::engine::particles::{InitialParticle, Kind};
 use crate::engine::phase::{NoProbe, Phase};

@@ -1,7 +1,8 @@
 use std::sync::Arc;
 
 use super::*;
-use crate::base::parallel::{Schedule, Workers};
+use crate::base::parallel::Workers;
+use crate::base::schedule::Schedule;
 use crate::engine::kernel::Dimensions;
 use crate::engine::parameters::{Domain, Effects, Radii};
 use crate::engine::particles::InitialParticle;

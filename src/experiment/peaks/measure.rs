@@ -7,7 +7,8 @@ use std::time::Instant;
 use anyhow::Result;
 
 use crate::base::dispatch::{Level, at_best};
-use crate::base::parallel::{Schedule, Workers};
+use crate::base::parallel::Workers;
+use crate::base::schedule::Schedule;
 use crate::experiment::interrupt;
 use crate::experiment::memory;
 use crate::experiment::peaks::kernels::{MultiplyAdd, Read, Triad};

@@ -186,7 +186,7 @@ pub fn digest(sums: &[f64]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::base::parallel::Schedule;
+    use crate::base::schedule::Schedule;
 
     /// The offset basis as published, and eight bytes by the definition's decimal constants in wider arithmetic.
     #[test]

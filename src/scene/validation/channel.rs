@@ -6,7 +6,8 @@
 
 use std::sync::Arc;
 
-use crate::base::parallel::{Schedule, Workers};
+use crate::base::parallel::Workers;
+use crate::base::schedule::Schedule;
 use crate::engine::effects::implicit_viscosity::ImplicitViscosity;
 use crate::engine::effects::viscosity::Viscosity;
 use crate::engine::kernel::Dimensions;

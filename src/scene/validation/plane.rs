@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::base::parallel::{Schedule, Workers};
+use crate::base::parallel::Workers;
+use crate::base::schedule::Schedule;
 use crate::base::vec3::Vec3;
 use crate::engine::effects::collision::Collision;
 use crate::engine::effects::gravity::Gravity;
