@@ -3,20 +3,13 @@
 use crate::engine::effects::diffusion::lattice::LatticeDiffusion;
 use crate::engine::effects::diffusion::{Carried, Diffusion, Laplacian};
 use crate::engine::effects::potential_tension::PairAttraction;
-use crate::engine::effects::viscosity::{ExplicitViscosity, PairViscosity};
 use crate::engine::parameters::Parameters;
 use crate::engine::phase::Phase;
 use crate::engine::preset::{Options, PairTerms};
 use crate::engine::search::{CandidateSearch, DistanceTest};
 use crate::engine::stage::Stage;
-use crate::engine::terms::PairPass;
+use crate::engine::terms::{Absent, PairPass, PairTerm};
 use crate::engine::viscous_stages::{ExplicitTerm, explicit_term};
-
-/// All terms that may share a walk. Those that are not there cost a branch a pair that always goes the same way.
-type Joined = (
-    (Option<ExplicitViscosity>, Option<PairViscosity>),
-    ((Option<LatticeDiffusion>, Option<LatticeDiffusion>), Option<PairAttraction>),
-);
 
 /// What a walk is shared by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,40 +48,48 @@ impl SharedWalk {
         !(self.viscosity || self.temperature || self.concentration || self.tension)
     }
 
-    /// The stage of the shared walk; a walk for the textbook's viscosity alone has no room for anything else.
+    /// The stage of the shared walk. What is absent has no type in it, so that no pair asks for it.
     pub fn stage<C: CandidateSearch, T: DistanceTest>(self, parameters: &Parameters) -> Box<dyn Stage<C, T>> {
-        let effects = &parameters.effects;
-        let viscosity = effects.viscosity.as_ref().filter(|_| self.viscosity);
-        let (mut uniform, mut variable) = (None, None);
+        let viscosity = parameters.effects.viscosity.as_ref().filter(|_| self.viscosity);
         match viscosity.map(|viscosity| explicit_term(viscosity, parameters)) {
-            Some(ExplicitTerm::Uniform(term)) => uniform = Some(term),
-            Some(ExplicitTerm::Variable(term)) => variable = Some(term),
-            None => {}
+            None => self.with_diffusion(Absent, parameters),
+            Some(ExplicitTerm::Uniform(term)) => self.with_diffusion(term, parameters),
+            Some(ExplicitTerm::Variable(term)) => self.with_diffusion(term, parameters),
         }
-        let diffusion = |carried, diffusion: &Option<Diffusion>, member| {
+    }
+
+    fn with_diffusion<C: CandidateSearch, T: DistanceTest>(
+        self,
+        others: impl PairTerm + 'static,
+        parameters: &Parameters,
+    ) -> Box<dyn Stage<C, T>> {
+        let effects = &parameters.effects;
+        let term = |carried, diffusion: &Option<Diffusion>, member| {
             let diffusion = diffusion.as_ref().filter(|_| member);
             diffusion.map(|diffusion| LatticeDiffusion::new(carried, diffusion, parameters))
         };
-        let alone = !(self.temperature || self.concentration || self.tension);
-        if let Some(term) = uniform.filter(|_| alone) {
-            return Box::new(PairPass {
-                term,
-                radius_m: parameters.laplacian_radius_m(),
-                phase: Phase::PairTerms,
-            });
+        let heat = term(Carried::Temperature, &effects.heat, self.temperature);
+        let scalar = term(Carried::Concentration, &effects.scalar, self.concentration);
+        match (heat, scalar) {
+            (None, None) => self.with_tension(others, parameters),
+            (Some(term), None) | (None, Some(term)) => self.with_tension((others, term), parameters),
+            (Some(heat), Some(scalar)) => self.with_tension((others, (heat, scalar)), parameters),
         }
-        let tension = effects.potential_tension.filter(|_| self.tension);
-        let tension = tension.map(|tension| PairAttraction::new(tension, parameters));
-        let term: Joined = (
-            (uniform, variable),
-            (
-                (
-                    diffusion(Carried::Temperature, &effects.heat, self.temperature),
-                    diffusion(Carried::Concentration, &effects.scalar, self.concentration),
-                ),
-                tension,
-            ),
-        );
-        Box::new(PairPass { term, radius_m: parameters.laplacian_radius_m(), phase: Phase::PairTerms })
+    }
+
+    fn with_tension<C: CandidateSearch, T: DistanceTest>(
+        self,
+        others: impl PairTerm + 'static,
+        parameters: &Parameters,
+    ) -> Box<dyn Stage<C, T>> {
+        let (radius_m, phase) = (parameters.laplacian_radius_m(), Phase::PairTerms);
+        match parameters.effects.potential_tension.filter(|_| self.tension) {
+            None => Box::new(PairPass { term: others, radius_m, phase }),
+            Some(tension) => Box::new(PairPass {
+                term: (others, PairAttraction::new(tension, parameters)),
+                radius_m,
+                phase,
+            }),
+        }
     }
 }

@@ -67,40 +67,21 @@ pub trait PairTerm: Send + Sync {
     }
 }
 
-/// A term that may not be there: the branch goes the same way for every pair of a run.
-impl<P: PairTerm> PairTerm for Option<P> {
-    type Sum = P::Sum;
+/// No term: it takes its place in a tuple and leaves no code in the walk.
+#[derive(Debug, Clone, Copy)]
+pub struct Absent;
 
-    fn prepare<C: CandidateSearch, T: DistanceTest>(&mut self, state: &State<C>) {
-        if let Some(term) = self {
-            term.prepare::<C, T>(state);
-        }
-    }
+impl PairTerm for Absent {
+    type Sum = ();
 
     #[inline(always)]
-    fn add(&self, sum: &mut P::Sum, pair: &Pair, fields: &Fields<'_>) {
-        if let Some(term) = self {
-            term.add(sum, pair, fields);
-        }
-    }
+    fn add(&self, (): &mut (), _pair: &Pair, _fields: &Fields<'_>) {}
 
     #[inline(always)]
-    fn finish(&self, sum: P::Sum, i: usize, fields: &Fields<'_>, rates: &mut Rates<'_>) {
-        if let Some(term) = self {
-            term.finish(sum, i, fields, rates);
-        }
-    }
+    fn finish(&self, (): (), _i: usize, _fields: &Fields<'_>, _rates: &mut Rates<'_>) {}
 
-    fn acts_on(&self, kind: Kind) -> bool {
-        self.as_ref().is_some_and(|term| term.acts_on(kind))
-    }
-
-    fn bytes(&self) -> usize {
-        self.as_ref().map_or(0, PairTerm::bytes)
-    }
-
-    fn longest_step(&self, particles: &Particles) -> Option<StepLimit> {
-        self.as_ref().and_then(|term| term.longest_step(particles))
+    fn acts_on(&self, _kind: Kind) -> bool {
+        false
     }
 }
 
