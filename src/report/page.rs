@@ -345,6 +345,7 @@ fn write_page(page: &Page, folder: &Path) -> Result<()> {
     environment.add_filter("markdown_table", markdown_table);
     environment.add_filter("text", markdown::plain);
     environment.add_filter("code", markdown::code);
+    environment.add_filter("with_code", with_code);
     environment.add_template("report.html", include_str!("report.html"))?;
     environment.add_template("report.md", include_str!("report.md"))?;
     for name in ["report.md", "report.html"] {
@@ -352,6 +353,20 @@ fn write_page(page: &Page, folder: &Path) -> Result<()> {
         write_whole(&folder.join(name), text.as_bytes()).with_context(|| format!("cannot write {name}"))?;
     }
     Ok(())
+}
+
+/// The filter that shows what stands between backticks as code on the page; all else of a text stays text.
+fn with_code(text: &str) -> minijinja::Value {
+    let escaped = minijinja::HtmlEscape(text).to_string();
+    let parts: Vec<&str> = escaped.split('`').collect();
+    // A backtick without another one is no pair.
+    if parts.len().is_multiple_of(2) {
+        return minijinja::Value::from_safe_string(escaped);
+    }
+    let code = |(k, part): (usize, &&str)| {
+        if k.is_multiple_of(2) { part.to_string() } else { format!("<code>{part}</code>") }
+    };
+    minijinja::Value::from_safe_string(parts.iter().enumerate().map(code).collect())
 }
 
 /// The filter that turns a table into Markdown.
@@ -364,4 +379,20 @@ pub fn markdown_table(view: minijinja::Value) -> Result<String, minijinja::Error
         table.rows.push(texts(row)?);
     }
     Ok(table.to_markdown())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backticks_become_code_and_markup_stays_text() {
+        for (text, expected) in [
+            ("the preset `fast` and `a<b>`", "the preset <code>fast</code> and <code>a&lt;b&gt;</code>"),
+            ("one ` alone & <script>", "one ` alone &amp; &lt;script&gt;"),
+            ("none", "none"),
+        ] {
+            assert_eq!(with_code(text).to_string(), expected);
+        }
+    }
 }

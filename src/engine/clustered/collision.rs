@@ -114,7 +114,7 @@ impl Kernel for Find<'_> {
             let x = load(s, &clusters.slots.lanes[cluster]);
             for lists in &clusters.mobile {
                 let near = lists.of(cluster);
-                for (j, choice) in walk(near, if small { near.small } else { near.all }) {
+                for (j, choice) in walk(near, near.reaching(small)) {
                     let r = from_lanes(s, &points[j], &x);
                     let mut hits = s.bits(s.below(s.dot(r, r), close)) & choice;
                     while hits != 0 {

@@ -102,7 +102,7 @@ impl<const N: usize> Kernel for Sum<'_, N> {
             let mut sum = s.load(n);
             for lists in lists {
                 let near = lists.of(cluster);
-                for (j, choice) in walk(near, if small { near.small } else { near.all }) {
+                for (j, choice) in walk(near, near.reaching(small)) {
                     let r = from_lanes(s, &points[j], &x);
                     let r2 = s.dot(r, r);
                     let w = s.mul_add(re, s.min(s.reciprocal_sqrt(r2), most), one);

@@ -35,7 +35,7 @@ impl Kernel for Gradient<'_> {
             let (mut least, mut weighted, mut plain) = (s.load(&own), [zero; 3], [zero; 3]);
             for lists in &clusters.mobile[1..] {
                 let near = lists.of(cluster);
-                for (j, choice) in walk(near, if small { near.small } else { near.all }) {
+                for (j, choice) in walk(near, near.reaching(small)) {
                     let point = &points[j];
                     let r = from_lanes(s, point, &x);
                     let r2 = s.dot(r, r);

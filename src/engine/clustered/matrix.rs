@@ -53,17 +53,11 @@ impl Kept for f32 {
 }
 
 /// The entries of some clusters.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Entries<V> {
     columns: Vec<u32>,
     values: Vec<[V; LANES]>,
     ends: Vec<u32>,
-}
-
-impl<V> Default for Entries<V> {
-    fn default() -> Self {
-        Entries { columns: Vec::new(), values: Vec::new(), ends: Vec::new() }
-    }
 }
 
 impl<V: Kept> Entries<V> {
@@ -99,7 +93,7 @@ impl<V: Kept> Entries<V> {
 
 /// What one block of rows of walls is to resting walls. Columns that have an unknown without any fluid stand first: a dry
 /// wall's others have none, and its rows end before them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Resting<V> {
     entries: Entries<V>,
     /// Where the first columns of each cluster end.
@@ -108,26 +102,14 @@ struct Resting<V> {
     touching: Vec<u8>,
 }
 
-impl<V> Default for Resting<V> {
-    fn default() -> Self {
-        Resting { entries: Entries::default(), always: Vec::new(), touching: Vec::new() }
-    }
-}
-
 /// What is worked out of one block of rows.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Block<V> {
     entries: Entries<V>,
     /// Of each cluster the lanes that lie within reach of the surface.
     touching: Vec<u8>,
     /// Of each cluster of walls where its columns among resting walls end.
     resting_ends: Vec<u32>,
-}
-
-impl<V> Default for Block<V> {
-    fn default() -> Self {
-        Block { entries: Entries::default(), touching: Vec::new(), resting_ends: Vec::new() }
-    }
 }
 
 #[derive(Debug)]

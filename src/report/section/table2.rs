@@ -67,7 +67,8 @@ fn bars(measured: &Measured) -> Figure {
         title: "Table 2: one thread, linked list against relocation".to_string(),
         description:
             "Stacked bars of the seconds inside and outside CG for the whole run on one thread: the \
-                      paper's two bars, and ours for each distance test, with the smallest and largest round on the total."
+                      paper's two bars, ours for each distance test, and what goes beyond the paper, with the smallest and largest \
+                      round on the total."
                 .to_string(),
         panels: vec![Panel::Bars(BarPanel {
             title: format!("{} steps", published.steps),

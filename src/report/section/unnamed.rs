@@ -34,7 +34,7 @@ pub fn content(measured: &Measured, _: &[CellPhase]) -> Result<Content> {
         let verdict = total.as_ref().map_or("not measured", verdict);
         findings.push(format!(
             "{}, {} thread(s): with every effect compiled in and the textbook's alone named, a step takes {} of the time of a \
-             step without the others' code, {} outside CG: {verdict}.",
+             step without the others' code, {} outside CG; within 1 % either way: {verdict}.",
             present.variant.preset,
             present.threads,
             show_or_none(total, 4),

@@ -22,6 +22,14 @@ pub struct Near<'a> {
     pub own: usize,
 }
 
+impl<'a> Near<'a> {
+    /// The small list where that is enough.
+    #[inline(always)]
+    pub fn reaching(self, small_is_enough: bool) -> &'a [u32] {
+        if small_is_enough { self.small } else { self.all }
+    }
+}
+
 /// The lists of one section's clusters over another section.
 #[derive(Debug)]
 pub struct Lists {
