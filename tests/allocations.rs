@@ -76,17 +76,18 @@ fn steps_allocate_nothing(scene: &str, sets: &[&str], preset: &str, warm_up: usi
         let run = Run { steps: warm_up, preset, threads, schedule: "static", change, ..Run::default() };
         let (mut simulation, _) = common::run_scene(&scene, &run);
         // A neighbourhood fuller than any before makes a column grow, which is no allocation per step.
-        let quiet = (0..30).filter(|_| {
-            let seen = allocated(|| {
+        let mut loud = Vec::new();
+        for _ in 0..30 {
+            let mut seen = allocated(|| {
                 simulation.step(&mut NoProbe).unwrap();
             });
-            seen.keys().all(|size| pool.contains_key(size))
-        });
-        let quiet = quiet.count();
+            seen.retain(|size, _| !pool.contains_key(size));
+            loud.extend((!seen.is_empty()).then_some(seen));
+        }
         assert!(
-            quiet >= 28,
-            "{} of 30 steps of `{}` with {preset} allocate, {threads} thread(s); the pool: {pool:?}",
-            30 - quiet,
+            loud.len() <= 2,
+            "{} of 30 steps of `{}` with {preset} allocate, {threads} thread(s), so many times so many bytes: {loud:?}",
+            loud.len(),
             scene.name
         );
     }
@@ -113,8 +114,8 @@ fn preconditioners() {
 #[test]
 fn every_search_by_buckets() {
     for preset in Preset::all().filter(|preset| preset.options().search != Search::BruteForce) {
-        // Lists grow with the crowding of the collapse.
-        let warm_up = if preset == Preset::FAST { 150 } else { 30 };
+        // Lists grow with the crowding of the collapse, and the matrix as walls get wet.
+        let warm_up = if preset.options().search == Search::Clusters { 300 } else { 30 };
         steps_allocate_nothing("dam-break", &["particle_distance_m=0.075"], preset.name(), warm_up, |_| ());
     }
 }

@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use crate::base::input::InputError;
 use crate::base::parallel::{MAX_THREADS, Workers};
 use crate::base::schedule::Schedule;
-use crate::engine::preset::{Options, PairTerms, Preset, Test};
+use crate::engine::preset::{DryWalls, Options, PairTerms, Preset, Test};
 use crate::engine::pressure::conjugate_gradient::CgMode;
 use crate::engine::pressure::matrix::Storage;
 use crate::engine::pressure::preconditioner::Preconditioning;
@@ -47,6 +47,10 @@ pub struct EngineOptions {
     /// are not named [default: the preset's]
     #[arg(long)]
     pair_terms: Option<PairTerms>,
+    /// Pressures of walls that no fluid comes near: solved like all others, or known, which clusters alone can do [default: the
+    /// preset's]
+    #[arg(long)]
+    dry_walls: Option<DryWalls>,
     /// Who runs the conjugate gradient method
     #[arg(long, value_enum, default_value_t = Cg::Parallel)]
     cg: Cg,
@@ -92,6 +96,7 @@ impl EngineOptions {
         options.matrix_values = self.matrix_values.unwrap_or(options.matrix_values);
         options.cg.preconditioner = self.preconditioner.unwrap_or(options.cg.preconditioner);
         options.pair_terms = self.pair_terms.unwrap_or(options.pair_terms);
+        options.dry_walls = self.dry_walls.unwrap_or(options.dry_walls);
         options.cg.mode = match self.cg {
             Cg::Serial => CgMode::Serial,
             Cg::Parallel => CgMode::Parallel,

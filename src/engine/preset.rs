@@ -54,6 +54,7 @@ pub struct Options {
     pub schedule: Schedule,
     pub cg: CgParams,
     pub pair_terms: PairTerms,
+    pub dry_walls: DryWalls,
 }
 
 /// How often the pairs of one radius are walked for the explicit forces and rates of a step.
@@ -68,12 +69,21 @@ pub enum PairTerms {
     Joined,
 }
 
+/// What walls that no fluid comes near are in the pressure's equations of clusters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum DryWalls {
+    /// Unknowns like all others.
+    Solved,
+    /// Known pressures, worked out once for walls without any fluid. The answer changes by less than the solver's tolerance.
+    Known,
+}
+
 /// The most buckets that a radius may reach across: a walk then visits 729.
 pub const MAX_BUCKETS_PER_RADIUS: usize = 4;
 
 /// The searches by preset name. The paper's two differ in this one field, and so do those from `general` on, which are for
 /// scenes of other effects.
-const PRESETS: [(&str, Search); 10] = [
+const PRESETS: [(&str, Search); 11] = [
     ("paper-linked-list", Search::LinkedList),
     ("paper-aos-relocation", Search::AosRelocation),
     ("brute-force", Search::BruteForce),
@@ -84,6 +94,7 @@ const PRESETS: [(&str, Search); 10] = [
     ("soa", Search::Soa),
     ("aosoa", Search::Aosoa),
     ("fast", Search::Clusters),
+    ("fast-all-walls", Search::Clusters),
 ];
 
 /// A named set of options.
@@ -97,6 +108,8 @@ impl Preset {
     pub const GENERAL: Preset = Preset(3);
     /// Clusters with one list for all phases, and the list as the matrix.
     pub const FAST: Preset = Preset(9);
+    /// The same with unknowns in walls that no fluid comes near.
+    pub const FAST_ALL_WALLS: Preset = Preset(10);
     /// The two that the paper compares.
     pub const PAPER: [Preset; 2] = [Preset::PAPER_LINKED_LIST, Preset::PAPER_AOS_RELOCATION];
 
@@ -110,7 +123,7 @@ impl Preset {
 
     /// The preset's options: what the paper states or, where it is silent, what ARCHITECTURE.md says.
     pub fn options(self) -> Options {
-        let (general, fast) = (self.0 >= Preset::GENERAL.0, self == Preset::FAST);
+        let (general, fast) = (self.0 >= Preset::GENERAL.0, self.0 >= Preset::FAST.0);
         Options {
             search: PRESETS[self.0].1,
             distance_test: if general { Test::Squared } else { Test::Sqrt },
@@ -123,6 +136,28 @@ impl Preset {
                 ..CgParams::default()
             },
             pair_terms: if general { PairTerms::Shared } else { PairTerms::Separate },
+            dry_walls: if self == Preset::FAST { DryWalls::Known } else { DryWalls::Solved },
+        }
+    }
+}
+
+impl fmt::Display for DryWalls {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            DryWalls::Solved => "solved",
+            DryWalls::Known => "known",
+        })
+    }
+}
+
+impl FromStr for DryWalls {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "solved" => Ok(DryWalls::Solved),
+            "known" => Ok(DryWalls::Known),
+            _ => Err(format!("`{text}` is nothing that dry walls can be: allowed are `solved` or `known`")),
         }
     }
 }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::base::files::write_whole;
 use crate::base::input::InputError;
-use crate::engine::preset::{MAX_BUCKETS_PER_RADIUS, Options, PairTerms, Preset};
+use crate::engine::preset::{MAX_BUCKETS_PER_RADIUS, Options, PairTerms, Preset, Search};
 use crate::engine::pressure::conjugate_gradient::{CgMode, CgParams};
 use crate::engine::pressure::preconditioner::Preconditioning;
 use crate::engine::pressure::values::MatrixValues;
@@ -87,6 +87,7 @@ impl Variant {
         self.memory_order(file)?;
         Ok(Options {
             search: preset.options().search,
+            dry_walls: preset.options().dry_walls,
             pair_terms: self.pair_terms.parse().map_err(|e| wrong("pair_terms", e))?,
             distance_test: self.distance_test.parse().map_err(|e| wrong("distance_test", e))?,
             buckets_per_radius: checked_buckets(file, self.buckets_per_radius)?,
@@ -147,9 +148,10 @@ impl Variant {
     pub fn has_answer_of(&self, other: &Variant) -> bool {
         let answer = |v: &Variant| {
             let solve = (v.cg_tolerance.to_bits(), v.preconditioner.clone(), v.matrix_values.clone());
-            // Clusters sum in an order of their own.
-            let clusters = v.preset == Preset::FAST.name();
-            (solve, clusters, v.buckets_per_radius, v.memory_order.clone(), v.scene_changes.clone())
+            // Clusters sum in an order of their own, and may leave walls out.
+            let options = v.preset.parse().map(Preset::options);
+            let engine = options.map(|options| (options.search == Search::Clusters, options.dry_walls)).ok();
+            (solve, engine, v.buckets_per_radius, v.memory_order.clone(), v.scene_changes.clone())
         };
         answer(self) == answer(other)
     }

@@ -65,6 +65,11 @@ impl ClusterDensity {
         self.resting.iter().map(lanes).collect()
     }
 
+    /// What walls and dummy walls alone add up to, by cluster of walls.
+    pub fn of_walls_alone(&self) -> &[Numbers] {
+        &self.resting
+    }
+
     pub fn bytes(&self) -> usize {
         (self.resting.capacity() + self.n.capacity()) * size_of::<Numbers>()
     }

@@ -146,21 +146,20 @@ impl<V: Kept> ClusterMatrix<V> {
         }
     }
 
-    /// Takes up the rows that `unknown` says; `compressibility` is `alpha / dt^2`. Those of `walls_unknown()`, asked when walls
-    /// have moved, have an unknown even without fluid.
-    pub fn assemble(
-        &mut self,
-        clusters: &Clusters,
-        rows: &RowSpace,
-        walls_unknown: impl Fn() -> Vec<u8>,
-        compressibility: f64,
-        team: Team<'_>,
-    ) {
+    /// Whether walls were sorted since they were taken up.
+    pub fn has_old_walls(&self, clusters: &Clusters) -> bool {
+        self.walls_sorted != clusters.walls_sorted
+    }
+
+    /// Takes up what walls are to one another; those that `unknown` says have an unknown even without fluid.
+    pub fn take_up_walls(&mut self, clusters: &Clusters, rows: &RowSpace, unknown: &[u8], team: Team<'_>) {
+        self.walls_sorted = clusters.walls_sorted;
+        self.assemble_resting(clusters, rows, unknown, team);
+    }
+
+    /// Takes up the rows that `unknown` says; `compressibility` is `alpha / dt^2`.
+    pub fn assemble(&mut self, clusters: &Clusters, rows: &RowSpace, compressibility: f64, team: Team<'_>) {
         (self.first_slot, self.rows) = (rows.first_slot(), rows.rows());
-        if self.walls_sorted != clusters.walls_sorted {
-            self.walls_sorted = clusters.walls_sorted;
-            self.assemble_resting(clusters, rows, &walls_unknown(), team);
-        }
         let ClusterMatrix {
             kernel, coefficient, resting, resting_diagonal, moving, diagonal, unknown, ..
         } = self;
@@ -227,6 +226,29 @@ impl<V: Kept> ClusterMatrix<V> {
     /// The lanes of a cluster that are within reach of a particle of fluid on the surface.
     pub fn touching(&self, cluster: usize) -> u8 {
         self.moving[cluster / TOGETHER].touching[cluster % TOGETHER]
+    }
+
+    /// The diagonal of a row of walls without any fluid.
+    pub fn resting_diagonal(&self, row: usize) -> f64 {
+        self.resting_diagonal[row / LANES][row % LANES]
+    }
+
+    /// The lanes of a cluster of walls that are within reach of a wall on the surface without any fluid.
+    pub fn resting_touching(&self, cluster: usize) -> u8 {
+        self.resting[cluster / TOGETHER].touching[cluster % TOGETHER]
+    }
+
+    /// Shows what a row of walls has in columns of walls that have an unknown without any fluid: `c_ij`.
+    pub fn for_each_resting(&self, row: usize, mut visit: impl FnMut(u32, f64)) {
+        let (block, k) = (row / BLOCK, row / LANES % TOGETHER);
+        let Resting { entries, always, .. } = &self.resting[block];
+        let (columns, values) = entries.up_to(k, always[k]);
+        for (&column, values) in columns.iter().zip(values) {
+            let value = values[row % LANES].widened();
+            if value != 0.0 {
+                visit(column, value);
+            }
+        }
     }
 
     /// The columns and values of a cluster: those of resting walls, and the others.

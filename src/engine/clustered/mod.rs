@@ -6,6 +6,7 @@
 
 pub mod collision;
 mod density;
+mod dry_walls;
 mod gradient;
 mod matrix;
 pub mod pressure;

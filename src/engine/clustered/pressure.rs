@@ -1,6 +1,7 @@
 //! The textbook's pressure on clusters, a line a phase as in [`PressureSolve`](crate::engine::pressure::PressureSolve).
 
 use super::density::{ClusterDensity, Numbers};
+use super::dry_walls::DryWalls;
 use super::gradient::Gradient;
 use super::matrix::{ClusterMatrix, Kept};
 use super::reached::Reached;
@@ -12,8 +13,8 @@ use crate::base::vec3::{add_scaled, is_finite};
 use crate::engine::error::SimulationError;
 use crate::engine::parameters::Parameters;
 use crate::engine::phase::{Phase, Probe, within};
-use crate::engine::preset::Options;
-use crate::engine::pressure::conjugate_gradient::{CgInfo, ConjugateGradient};
+use crate::engine::preset::{self, Options};
+use crate::engine::pressure::conjugate_gradient::{CgInfo, CgParams, ConjugateGradient};
 use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::options::{self, Clamp, Enclosed, Source, Surface};
 use crate::engine::pressure::poisson::QUIET;
@@ -53,6 +54,9 @@ pub struct ClusterPressure<V> {
     rows: RowSpace,
     density: ClusterDensity,
     matrix: ClusterMatrix<V>,
+    /// `None` where all walls have rows.
+    dry_walls: Option<DryWalls>,
+    cg: CgParams,
     source: Vec<Numbers>,
     /// The particle of each row with an unknown, [`NONE`] for others.
     particle_of: Vec<u32>,
@@ -71,6 +75,7 @@ impl<V: Kept> ClusterPressure<V> {
         let radius_m = parameters.laplacian_radius_m();
         let gradient_n0 = parameters.reference(parameters.gradient_radius_m()).number_density;
         let coefficient = parameters.laplacian_factor() / parameters.density_kg_m3;
+        let walls_rest = parameters.effects.wall_motion.is_none() && parameters.adaptive.is_none();
         ClusterPressure {
             radius_m,
             gradient_kernel: pressure.kernel(parameters.gradient_radius_m(), parameters),
@@ -82,6 +87,8 @@ impl<V: Kept> ClusterPressure<V> {
             rows: RowSpace::of(&state.candidates),
             density: ClusterDensity::new(pressure.kernel(parameters.number_density_radius_m(), parameters)),
             matrix: ClusterMatrix::new(pressure.kernel(radius_m, parameters), coefficient),
+            dry_walls: (options.dry_walls == preset::DryWalls::Known && walls_rest).then(DryWalls::default),
+            cg: options.cg,
             source: Vec::new(),
             particle_of: Vec::new(),
             reached: Reached::default(),
@@ -122,6 +129,10 @@ impl<V: Kept> ClusterPressure<V> {
             let inner = (0..LANES).fold(0, |bits, k| bits | u8::from(n[k] >= threshold) << k);
             inner & Self::filled(state, &self.rows, row)
         }));
+        if let Some(dry_walls) = &mut self.dry_walls {
+            dry_walls.leave_out(&state.candidates, &self.rows, unknown);
+        }
+        let unknown = &self.matrix.unknown;
         let particles = &state.candidates.slots.particle[self.rows.first_slot()..];
         self.particle_of.clear();
         self.particle_of.extend(particles.iter().enumerate().map(|(row, &particle)| {
@@ -131,19 +142,52 @@ impl<V: Kept> ClusterPressure<V> {
 
     /// Phase `source`: `b_i = gamma / dt^2 (n_i - n0) / n0`; tells whether it is all rounding noise.
     fn set_source(&mut self, time_step_s: f64) -> bool {
-        let (n0, relaxation) = (self.n0, self.source_relaxation / (time_step_s * time_step_s));
-        let mut quiet = true;
+        let n0 = self.n0;
+        let quiet = |(n, unknown): (&Numbers, &u8)| {
+            (0..LANES).all(|k| unknown >> k & 1 == 0 || (n[k] - n0).abs() <= QUIET * n0)
+        };
+        let quiet = self.density.n.iter().zip(&self.matrix.unknown).all(quiet);
         self.source.clear();
-        self.source.extend(self.density.n.iter().zip(&self.matrix.unknown).map(|(n, unknown)| {
+        self.source.extend(self.sources(&self.density.n, &self.matrix.unknown, time_step_s));
+        match &self.dry_walls {
+            Some(dry_walls) => {
+                dry_walls.add_to(&self.matrix, &self.rows, &mut self.source);
+                quiet && dry_walls.rows == 0
+            }
+            None => quiet,
+        }
+    }
+
+    /// The sources of clusters with these densities and unknowns.
+    fn sources<'a>(
+        &self,
+        n: &'a [Numbers],
+        unknown: &'a [u8],
+        time_step_s: f64,
+    ) -> impl Iterator<Item = Numbers> + use<'a, V> {
+        let (n0, relaxation) = (self.n0, self.source_relaxation / (time_step_s * time_step_s));
+        n.iter().zip(unknown).map(move |(n, unknown)| {
             std::array::from_fn(|k| match unknown >> k & 1 {
                 0 => 0.0,
-                _ => {
-                    quiet &= (n[k] - n0).abs() <= QUIET * n0;
-                    relaxation * ((n[k] - n0) / n0)
-                }
+                _ => relaxation * ((n[k] - n0) / n0),
             })
-        }));
-        quiet
+        })
+    }
+
+    /// Takes up walls that were sorted anew.
+    fn take_up_walls(&mut self, state: &State<Clusters>) -> Result<(), SimulationError> {
+        let unknown = self.density.resting_at_least(self.surface_threshold * self.n0);
+        let team = state.workers.scheduled_over(BLOCK);
+        self.matrix.take_up_walls(&state.candidates, &self.rows, &unknown, team);
+        let Some(mut dry_walls) = self.dry_walls.take() else { return Ok(()) };
+        let source: Vec<Numbers> =
+            self.sources(self.density.of_walls_alone(), &unknown, state.time_step_s).collect();
+        let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
+        dry_walls
+            .take_up(&self.matrix, unknown, &source, compressibility, self.cg, &state.workers)
+            .map_err(|source| SimulationError::Solver { step: state.step, source })?;
+        self.dry_walls = Some(dry_walls);
+        Ok(())
     }
 
     /// Phase `connectivity`: anchors rows that no path of neighbours joins to the surface.
@@ -164,12 +208,14 @@ impl<V: Kept> ClusterPressure<V> {
     /// Phase `clamp`: negative pressures as zero.
     fn set_pressure(&self, state: &mut State<Clusters>) {
         let (solution, first) = (self.solver.solution(), self.rows.first_slot());
-        for (point, p) in state.candidates.slots.points[first..].iter_mut().zip(solution) {
-            point[3] = p.max(0.0);
+        let known = |row| self.dry_walls.as_ref().and_then(|dry_walls| dry_walls.pressure(row));
+        let pressure = |row: usize| known(row).unwrap_or(solution[row]).max(0.0);
+        for (row, point) in state.candidates.slots.points[first..].iter_mut().enumerate() {
+            point[3] = pressure(row);
         }
         let team = state.workers.scheduled();
         scatter(&mut state.particles.pressure, &state.candidates.slots, first, team, |_, slot, p| {
-            *p = solution[slot - first].max(0.0);
+            *p = pressure(slot - first);
         });
     }
 
@@ -202,13 +248,15 @@ impl<V: Kept, T> Stage<Clusters, T> for ClusterPressure<V> {
     fn run(&mut self, state: &mut State<Clusters>, probe: &mut dyn Probe) -> Result<(), SimulationError> {
         state.refresh_within(self.radius_m, probe)?;
         within(probe, Phase::NumberDensity, || self.find_density(state))?;
+        if self.matrix.has_old_walls(&state.candidates) {
+            within(probe, Phase::Matrix, || self.take_up_walls(state))?;
+        }
         within(probe, Phase::BoundaryCondition, || self.find_unknowns(state));
         let quiet = within(probe, Phase::Source, || self.set_source(state.time_step_s));
         let compressibility = self.compressibility_1_pa / (state.time_step_s * state.time_step_s);
         within(probe, Phase::Matrix, || {
-            let walls_unknown = || self.density.resting_at_least(self.surface_threshold * self.n0);
             let team = state.workers.scheduled_over(BLOCK);
-            self.matrix.assemble(&state.candidates, &self.rows, walls_unknown, compressibility, team);
+            self.matrix.assemble(&state.candidates, &self.rows, compressibility, team);
         });
         within(probe, Phase::Connectivity, || self.settle_enclosed(state));
         let cg = within(probe, Phase::Cg, || self.solve(quiet, state))?;
@@ -217,7 +265,8 @@ impl<V: Kept, T> Stage<Clusters, T> for ClusterPressure<V> {
         let unknowns = self.matrix.unknown.iter().map(|bits| bits.count_ones() as usize).sum();
         let slots = &state.candidates.slots;
         let with_pressure = slots.of(Section::Wall).len() + slots.of(Section::Mobile).len();
-        let (surface, enclosed) = (with_pressure - unknowns, self.reached.enclosed.len());
+        let known = self.dry_walls.as_ref().map_or(0, |dry_walls| dry_walls.rows);
+        let (surface, enclosed) = (with_pressure - unknowns - known, self.reached.enclosed.len());
         state.pressure = Some(PressureReport { cg, unknowns, surface, enclosed, enclosed_parts: 0 });
         Ok(())
     }
@@ -225,6 +274,7 @@ impl<V: Kept, T> Stage<Clusters, T> for ClusterPressure<V> {
     fn bytes(&self) -> usize {
         self.density.bytes()
             + self.matrix.bytes()
+            + self.dry_walls.as_ref().map_or(0, DryWalls::bytes)
             + self.source.capacity() * size_of::<Numbers>()
             + self.particle_of.capacity() * size_of::<u32>()
             + self.reached.bytes()

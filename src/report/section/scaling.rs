@@ -23,7 +23,8 @@ pub fn content_of_older(measured: &Measured, _: &[CellPhase]) -> Result<Content>
 
 fn content_of(measured: &Measured, id: &str) -> Content {
     let costs = costs(measured, id);
-    let findings = growth(&costs).into_iter().chain(gains(&costs)).chain(beyond(&costs));
+    let findings =
+        growth(&costs).into_iter().chain(gains(&costs)).chain(beyond(&costs)).chain(dry_walls(&costs));
     let mut content = Content {
         findings: std::iter::once(how_measured(measured, id)).chain(findings).collect(),
         figures: vec![(id.to_string(), figure(measured, &costs))],
@@ -50,6 +51,8 @@ pub(super) struct Cost {
     pub bytes_a_particle: f64,
     /// The time of the paper's linked list with the same test over its own, in all; `None` for the list itself.
     pub list_over: Option<Estimate>,
+    /// The time of the preset that solves for dry walls too over that of the one that does not, in all.
+    pub all_walls_over: Option<Estimate>,
     /// Its time outside CG over that of relocation with the same test; `None` where that was not measured, or is itself.
     pub over_relocated: Option<Estimate>,
 }
@@ -79,6 +82,8 @@ fn cost(measured: &Measured, id: &str, cell: &TimedCell) -> Option<Cost> {
     let over_relocated = (relocated != *cell).then(|| ratio(&non_cg, &per_step(&relocated, Quantity::NonCg)));
     let list = cell.beside_list();
     let list_over = (list != *cell).then(|| ratio(&per_step(&list, Quantity::Total), &total));
+    let all_walls = (cell.variant.preset == Preset::FAST.name())
+        .then(|| ratio(&per_step(&cell.with_preset(Preset::FAST_ALL_WALLS), Quantity::Total), &total));
     let windows = measured.windows(id, Stage::Paired, cell);
     let steps = windows.values().next()?.iter().flat_map(|window| &window.steps);
     let iterations: Vec<f64> = steps.map(|step| step.cg_iterations as f64).collect();
@@ -94,6 +99,7 @@ fn cost(measured: &Measured, id: &str, cell: &TimedCell) -> Option<Cost> {
         iterations: iterations.iter().sum::<f64>() / iterations.len() as f64,
         bytes_a_particle: bytes(measured, id, cell)? as f64 / outcome.particles as f64,
         list_over: list_over.flatten(),
+        all_walls_over: all_walls.flatten(),
         over_relocated: over_relocated.flatten(),
     })
 }
@@ -191,6 +197,18 @@ fn beyond(costs: &[Cost]) -> Option<String> {
     let gains: Vec<String> = costs.iter().filter_map(gain).collect();
     (!gains.is_empty())
         .then(|| format!("In all and with squared distances, list over fast: {}.", gains.join(", ")))
+}
+
+/// What unknowns in walls that no fluid is near would cost, scene by scene.
+fn dry_walls(costs: &[Cost]) -> Option<String> {
+    let cost = |cost: &Cost| Some(format!("{} at {}", show(&cost.all_walls_over?, 3), cost.particles));
+    let costs: Vec<String> = costs.iter().filter_map(cost).collect();
+    (!costs.is_empty()).then(|| {
+        format!(
+            "With unknowns in walls that no fluid is near, a step of fast takes {} of the time.",
+            costs.join(", ")
+        )
+    })
 }
 
 fn table(costs: &[Cost]) -> TableView {

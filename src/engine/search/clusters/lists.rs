@@ -212,6 +212,12 @@ impl Lists {
         Near { small: &chunk.small[start.small as usize..end.small as usize], all, own }
     }
 
+    /// The other clusters that have slots in a cluster's list.
+    pub fn clusters_of(&self, cluster: usize) -> &[u32] {
+        let (chunk, k) = (&self.chunks[(cluster - self.first) / CHUNK], (cluster - self.first) % CHUNK);
+        &chunk.clusters[chunk.start(k).clusters as usize..chunk.ends[k].clusters as usize]
+    }
+
     /// The first slots of a list that are the cluster's own.
     #[inline(always)]
     fn own_lanes(&self, cluster: usize, slots: &[u32]) -> usize {
