@@ -208,7 +208,7 @@ impl Clusters {
 }
 
 /// What short lists get beyond their share.
-const SPARE: usize = 64;
+const SPARE: usize = 16;
 
 /// Makes a list at least so long. What grows from step to step gets an eighth more than it needs and some, instead of twice as much.
 pub fn make_room<T: Copy>(list: &mut Vec<T>, length: usize, filling: T) {
