@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use repro::base::parallel::Workers;
 use repro::engine::columns::SavedState;
+use repro::engine::particles::{InitialParticle, Kind};
 use repro::engine::phase::NoProbe;
 use repro::engine::preset::{DryWalls, Options, Preset};
 use repro::engine::pressure::preconditioner::Preconditioning;
@@ -97,6 +98,34 @@ fn dry_walls_may_as_well_be_known() {
             "{fewer} of {all}, {apart:e}, {open:e}"
         );
     }
+}
+
+/// A particle high above a dry tank leaves no row to solve for.
+#[test]
+fn a_tank_that_no_fluid_is_near_needs_no_solve() {
+    let scene = dam_break(0.0375);
+    let mut particles = scene.particles("test").unwrap();
+    let highest = particles.iter().map(|p| p.position[1]).fold(0.0, f64::max);
+    particles.retain(|p| p.kind != Kind::Fluid);
+    // Parameters are those of a domain that reaches up to where the particle is.
+    let mut parameters = scene.parameters(&particles);
+    parameters.domain.high[1] += 2.0;
+    let last = particles.len();
+    particles.push(InitialParticle {
+        kind: Kind::Fluid,
+        position: [0.5, highest + 1.0, 0.1],
+        ..particles[0]
+    });
+    let ends = [Preset::FAST, Preset::FAST_ALL_WALLS].map(|preset| {
+        let options = preset.options();
+        let workers = Arc::new(Workers::new(1, options.schedule, &[]).unwrap());
+        let start = Start { particles: &particles, steps_done: 0 };
+        let mut simulation = simulation::build(&parameters, &options, start, workers).unwrap();
+        let report = simulation.step(&mut NoProbe).unwrap();
+        (simulation.particles().position[last], report.pressure.unwrap().unknowns)
+    });
+    assert_eq!(ends[0], (ends[1].0, 0));
+    assert!(ends[1].1 > 0, "the tank has unknowns of its own");
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! Walls that no fluid comes near: their pressure is that of walls alone, which is worked out once.
 //!
 //! What walls do to one another never changes while they rest, and what fluid does to their pressures fades from list to list. Rows of
-//! clusters more than [`FAR`] lists away from all fluid and bodies (some ten particle distances) therefore leave the system of
+//! clusters more than [`KEPT`] lists away from all fluid and bodies (some ten particle distances) therefore leave the system of
 //! equations; in the sources of those that stay they count with the pressure that they have where no fluid is at all.
 //! After a step the dam break's particles are then 3e-14 m from where they would be, which the usual tolerance of the solver leaves
-//! open as well; one list less would make it 5e-13 m (`tests/clusters`).
+//! open as well (`tests/clusters` holds the bound); with one list less it would be 5e-13 m.
 //! Without a surface among walls alone, with walls that move or with steps of unequal length all walls stay in.
 
 use super::density::Numbers;
@@ -20,7 +20,7 @@ use crate::engine::pressure::system_matrix::System;
 use crate::engine::search::clusters::Clusters;
 
 /// How many lists from the fluid walls still have a row.
-const FAR: usize = 2;
+const KEPT: usize = 2;
 /// The tolerance of the solve for walls alone, relative to that of the pressure's: it is done once.
 const FINER: f64 = 1e-2;
 /// Neighbours of a row, to begin with.
@@ -114,7 +114,7 @@ impl DryWalls {
                 border.push(cluster as u32);
             }
         }
-        for _ in 0..FAR {
+        for _ in 0..KEPT {
             next.clear();
             for &cluster in border.iter() {
                 for &neighbor in clusters.wall[1].clusters_of(cluster as usize) {

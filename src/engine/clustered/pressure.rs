@@ -152,7 +152,8 @@ impl<V: Kept> ClusterPressure<V> {
         match &self.dry_walls {
             Some(dry_walls) => {
                 dry_walls.add_to(&self.matrix, &self.rows, &mut self.source);
-                quiet && dry_walls.rows == 0
+                // Where everything with an unknown was left out nothing is to be solved.
+                quiet && dry_walls.rows == 0 || self.source.as_flattened().iter().all(|&b| b == 0.0)
             }
             None => quiet,
         }
