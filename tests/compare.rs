@@ -56,7 +56,9 @@ fn equal_work_is_compared_and_other_work_is_not() {
     let (one, two) = (run(place.path(), "one", none), run(place.path(), "two", none));
     let out = place.path().join("out");
     let (code, text, complaint) = compare(&[&one, &two], &["--output", out.to_str().unwrap()]);
-    assert_eq!((code, complaint.as_str()), (Some(0), ""), "{text}");
+    // Whether one run was slower is the machine's doing, and no complaint about the work.
+    let of_work: Vec<&str> = complaint.lines().filter(|line| !line.starts_with("repro: slower: ")).collect();
+    assert_eq!((code, of_work), (Some(0), vec![]), "{text}");
     assert!(text.contains("List over relocation") && text.contains("| one | two |"), "{text}");
     assert!(!text.contains("Not comparable"), "{text}");
     let rows = fs::read_to_string(out.join("compare.csv")).unwrap();
