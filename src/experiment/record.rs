@@ -234,6 +234,9 @@ pub struct StepSample {
     pub cg_iterations: usize,
     pub cg_residual: f64,
     pub unknowns: usize,
+    /// Values of the pressure's matrix beside its diagonal; `None` in records that are older than this number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix_entries: Option<usize>,
     pub ghosts: usize,
 }
 

@@ -220,6 +220,7 @@ impl Runner {
             cg_iterations: solve.map_or(0, |solve| solve.cg.iterations),
             cg_residual: solve.map_or(0.0, |solve| solve.cg.residual),
             unknowns: solve.map_or(0, |solve| solve.unknowns),
+            matrix_entries: Some(solve.map_or(0, |solve| solve.matrix_entries)),
             ghosts: report.ghosts,
         });
         Ok(())

@@ -45,6 +45,8 @@ pub enum Quantity {
     WalksAndRelocation,
     /// Buckets, and the copies or lists that are made of them.
     Build,
+    /// Making the pressure's matrix.
+    Matrix,
 }
 
 /// Chooses one cell among all that a stage measured.
@@ -340,6 +342,7 @@ fn seconds(window: &WindowSample, quantity: Quantity) -> f64 {
         Quantity::Walks => phases(Phase::walks_neighbors),
         Quantity::WalksAndRelocation => phases(|phase| phase.walks_neighbors() || phase == Phase::Relocation),
         Quantity::Build => phases(|phase| [Phase::BucketBuild, Phase::Relocation].contains(&phase)),
+        Quantity::Matrix => phases(|phase| phase == Phase::Matrix),
     }
 }
 

@@ -20,6 +20,7 @@ pub mod page;
 pub mod peaks;
 pub mod picture;
 pub mod published;
+pub mod roofline;
 pub mod samples;
 pub mod section;
 pub mod summary;

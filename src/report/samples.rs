@@ -83,6 +83,7 @@ pub struct StepRow<'a> {
     cg_iterations: usize,
     cg_residual: f64,
     unknowns: usize,
+    matrix_entries: Option<usize>,
     ghosts: usize,
 }
 
@@ -316,6 +317,7 @@ pub fn step_rows(measured: &Measured) -> Vec<StepRow<'_>> {
                         cg_iterations: step.cg_iterations,
                         cg_residual: step.cg_residual,
                         unknowns: step.unknowns,
+                        matrix_entries: step.matrix_entries,
                         ghosts: step.ghosts,
                     }));
                 }

@@ -263,6 +263,16 @@ impl<V: Kept> ClusterMatrix<V> {
         [resting, entries.of(k)]
     }
 
+    /// Values beside the diagonal that a product goes through, zeros among them.
+    pub fn stored(&self) -> usize {
+        let with_unknowns = (0..self.unknown.len()).filter(|&cluster| self.unknown[cluster] != 0);
+        LANES
+            * with_unknowns
+                .flat_map(|cluster| self.entries(cluster))
+                .map(|(columns, _)| columns.len())
+                .sum::<usize>()
+    }
+
     pub fn bytes(&self) -> usize {
         let resting = |r: &Resting<V>| {
             r.entries.bytes() + r.always.capacity() * size_of::<u32>() + r.touching.capacity()

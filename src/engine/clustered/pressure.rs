@@ -268,7 +268,9 @@ impl<V: Kept, T> Stage<Clusters, T> for ClusterPressure<V> {
         let with_pressure = slots.of(Section::Wall).len() + slots.of(Section::Mobile).len();
         let known = self.dry_walls.as_ref().map_or(0, |dry_walls| dry_walls.rows);
         let (surface, enclosed) = (with_pressure - unknowns - known, self.reached.enclosed.len());
-        state.pressure = Some(PressureReport { cg, unknowns, surface, enclosed, enclosed_parts: 0 });
+        let matrix_entries = self.matrix.stored();
+        state.pressure =
+            Some(PressureReport { cg, unknowns, matrix_entries, surface, enclosed, enclosed_parts: 0 });
         Ok(())
     }
 

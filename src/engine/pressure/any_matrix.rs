@@ -50,6 +50,11 @@ impl AnyMatrix {
         whichever!(self, matrix => matrix.row_product(row, x))
     }
 
+    /// Entries beside the diagonal.
+    pub fn entries(&self) -> usize {
+        whichever!(self, matrix => matrix.entries())
+    }
+
     pub fn bytes(&self) -> usize {
         whichever!(self, matrix => matrix.bytes())
     }

@@ -96,6 +96,8 @@ pub struct PressureReport {
     pub cg: CgInfo,
     /// Rows of the system: the inner particles.
     pub unknowns: usize,
+    /// Values that the matrix holds beside its diagonal, the zeros that fill it up among them.
+    pub matrix_entries: usize,
     /// Particles on the free surface, walls among them.
     pub surface: usize,
     /// Inner particles without a path to the free surface.
@@ -189,7 +191,7 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
         within(probe, Phase::Matrix, || self.poisson.assemble::<C, T>(&self.unknowns, state));
         let enclosed = within(probe, Phase::Connectivity, || self.settle_enclosed::<C, T>(state));
         let cg = within(probe, Phase::Cg, || self.solve(state))?;
-        let PressureSolve { unknowns, solver, gradient, parts, .. } = self;
+        let PressureSolve { unknowns, poisson, solver, gradient, parts, .. } = self;
         within(probe, Phase::Clamp, || gradient.set_pressure::<C, T>(unknowns, solver.solution(), state));
         within(probe, Phase::MinimumPressure, || gradient.find_minimum::<C, T>(unknowns, state));
         within(probe, Phase::PressureGradient, || gradient.accelerate::<C, T>(unknowns, state))?;
@@ -197,7 +199,9 @@ impl<C: CandidateSearch, T: DistanceTest> Stage<C, T> for PressureSolve {
             within(probe, Phase::WallMirror, || pressure.read_off::<C, T>(state));
         }
         let (rows, surface, enclosed_parts) = (unknowns.rows.len(), unknowns.surface_count(), parts.count());
-        state.pressure = Some(PressureReport { cg, unknowns: rows, surface, enclosed, enclosed_parts });
+        let matrix_entries = poisson.matrix.entries();
+        state.pressure =
+            Some(PressureReport { cg, unknowns: rows, matrix_entries, surface, enclosed, enclosed_parts });
         Ok(())
     }
 

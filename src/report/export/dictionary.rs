@@ -250,6 +250,11 @@ pub static STEPS: Table = Table {
         integer("cg_iterations", "1", "Iterations of the conjugate gradients."),
         number("cg_residual", "relative", "Residual over source at their end."),
         integer("unknowns", "particles", "Pressures that were solved for."),
+        integer(
+            "matrix_entries",
+            "1",
+            "Values of the pressure's matrix beside its diagonal, zeros that fill it up among them.",
+        ),
         integer("ghosts", "particles", "Particles that have left the domain."),
     ],
 };

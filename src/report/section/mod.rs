@@ -14,6 +14,7 @@ mod layouts;
 mod memory_order;
 mod peaks;
 mod preconditioners;
+mod roofline;
 mod scaling;
 mod scaling_figure;
 mod table2;

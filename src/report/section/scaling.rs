@@ -4,10 +4,11 @@ use anyhow::Result;
 
 use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
+use crate::experiment::peaks::PeakKind;
 use crate::experiment::record::Stage;
 use crate::report::measured::{Measured, Pick, Quantity, TimedCell, by_round, ratio, times};
 use crate::report::section::scaling_figure::figure;
-use crate::report::section::{Content, how_measured, peaks};
+use crate::report::section::{Content, how_measured, peaks, roofline};
 use crate::report::summary::CellPhase;
 use crate::report::table::{TableView, show, show_or_none};
 
@@ -25,6 +26,7 @@ fn content_of(measured: &Measured, id: &str) -> Content {
     let costs = costs(measured, id);
     let findings =
         growth(&costs).into_iter().chain(gains(&costs)).chain(beyond(&costs)).chain(dry_walls(&costs));
+    let findings = findings.chain(on_more_threads(measured, id));
     let mut content = Content {
         findings: std::iter::once(how_measured(measured, id)).chain(findings).collect(),
         figures: vec![(id.to_string(), figure(measured, &costs))],
@@ -32,6 +34,7 @@ fn content_of(measured: &Measured, id: &str) -> Content {
         ..Content::default()
     };
     content.append(peaks::content_of(measured, id));
+    content.append(roofline::content_of(measured, id));
     content
 }
 
@@ -69,7 +72,8 @@ impl Cost {
 }
 
 fn costs(measured: &Measured, id: &str) -> Vec<Cost> {
-    measured.cells(id).iter().filter_map(|cell| cost(measured, id, cell)).collect()
+    let cells = measured.cells(id);
+    cells.iter().filter(|cell| cell.threads == 1).filter_map(|cell| cost(measured, id, cell)).collect()
 }
 
 fn cost(measured: &Measured, id: &str, cell: &TimedCell) -> Option<Cost> {
@@ -209,6 +213,47 @@ fn dry_walls(costs: &[Cost]) -> Option<String> {
             costs.join(", ")
         )
     })
+}
+
+/// What further threads gain, and what the machine's bandwidth gains from them.
+fn on_more_threads(measured: &Measured, id: &str) -> Vec<String> {
+    let sentence = |cell: &TimedCell| {
+        let total = |cell: &TimedCell| measured.per_step(id, Stage::Paired, cell, Quantity::Total);
+        let gain = ratio(&total(&TimedCell { threads: 1, ..cell.clone() }), &total(cell))?;
+        let particles = measured.outcomes(id, cell).first()?.particles;
+        let allowed = reading_gain(measured, id, cell.threads).map_or(String::new(), |(array, more)| {
+            format!(
+                "; the machine reads arrays of {array} a thread {more:.2} times as fast, so that this is {:.2} of what its \
+                 bandwidth allows",
+                gain.median / more
+            )
+        });
+        Some(format!(
+            "At {particles} particles a step of {} is {} times as fast on {} threads as on one{allowed}.",
+            cell.variant.preset,
+            show(&gain, 3),
+            cell.threads
+        ))
+    };
+    let shown = [Preset::PAPER_LINKED_LIST, Preset::FAST].map(Preset::name);
+    let cells = measured.cells(id).into_iter();
+    let cells = cells.filter(|cell| cell.threads > 1 && shown.contains(&cell.variant.preset.as_str()));
+    cells.filter_map(|cell| sentence(&cell)).collect()
+}
+
+/// The largest array whose reading was measured, and how much faster so many threads read theirs than one.
+fn reading_gain(measured: &Measured, id: &str, threads: usize) -> Option<(String, f64)> {
+    let found = crate::report::peaks::of(measured, id);
+    let largest = |threads: usize| {
+        let peaks = found.iter().find(|peaks| peaks.threads == threads)?;
+        peaks
+            .peaks
+            .iter()
+            .filter(|peak| peak.kind == PeakKind::Read)
+            .max_by_key(|peak| peak.working_set_bytes)
+    };
+    let (one, more) = (largest(1)?, largest(threads)?);
+    Some((peaks::size(more.working_set_bytes), more.median_per_s / one.median_per_s))
 }
 
 fn table(costs: &[Cost]) -> TableView {
