@@ -30,6 +30,7 @@ fn identity_facts(source: &Source, processor: &Processor) -> Vec<Fact> {
     vec![
         fact("model_name", processor.model_name()),
         fact("vendor", processor.vendor()),
+        fact("generation", processor.generation()),
         fact("architecture", Reading::known(consts::ARCH)),
         fact("instruction_sets", processor.instruction_sets()),
         fact("virtualised", virtualised(source, processor)),

@@ -44,6 +44,15 @@ impl Processor {
         self.first_of(&["vendor_id"]).or_else(|| self.text.extract(arm_implementer))
     }
 
+    /// Family, model and stepping of an x86 processor: under a hypervisor different ones may be sold under one name.
+    pub(super) fn generation(&self) -> Reading {
+        self.text.extract(|text| {
+            let [family, model] = [field(text, "cpu family")?, field(text, "model")?];
+            let stepping = field(text, "stepping").map_or(String::new(), |step| format!(" stepping {step}"));
+            Some(format!("family {family} model {model}{stepping}"))
+        })
+    }
+
     /// The instruction sets that matter here, separated by blanks.
     pub(super) fn instruction_sets(&self) -> Reading {
         self.flags().extract(|flags| {
@@ -123,6 +132,19 @@ mod tests {
         );
         let name = Processor::read(&tree.source()).model_name();
         assert_eq!(name, Reading::known("implementer 0x99 part 0xd05+0xd0b"));
+    }
+
+    #[test]
+    fn the_generation_is_told_beside_the_name() {
+        let tree = Tree::new();
+        let stepping = "cpu family\t: 25\nmodel\t\t: 17\nmodel name\t: Example\nstepping\t: 1\n";
+        for (text, expected) in
+            [(stepping, "family 25 model 17 stepping 1"), (&stepping[..45], "family 25 model 17")]
+        {
+            tree.write("proc/cpuinfo", text);
+            assert_eq!(Processor::read(&tree.source()).generation(), Reading::known(expected));
+        }
+        assert_eq!(Processor::read(&fixture::arm_board().source()).generation(), Reading::Unavailable);
     }
 
     #[test]
