@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use repro::base::parallel::Workers;
-use repro::engine::diagnostics::{FlowState, energy};
+use repro::engine::diagnostics::FlowState;
 use repro::engine::particles::{Kind, Particles};
 use repro::engine::phase::NoProbe;
 use repro::engine::preset::{Options, Preset, Test};
@@ -23,7 +23,7 @@ const NAMES: [&str; 6] = [
     "front (p99), m",
     "centre of mass, x, m",
     "centre of mass, y, m",
-    "kinetic energy, J/kg",
+    "kinetic energy but of the fastest 1 %, J/kg",
     "particles on the surface",
 ];
 
@@ -31,6 +31,17 @@ fn centre(particles: &Particles, axis: usize) -> f64 {
     let fluid = (0..particles.position.len()).filter(|&i| particles.kind[i] == Kind::Fluid);
     let (sum, count) = fluid.fold((0.0, 0.0), |(sum, n), i| (sum + particles.position[i][axis], n + 1.0));
     sum / count
+}
+
+/// Kinetic energy of all fluid but its fastest hundredth, a particle of it. At the paper's time step a few particles are flung away at up to hundreds of
+/// metres a second, with either preset: one of them has more energy than all the others together.
+fn kinetic(particles: &Particles) -> f64 {
+    let fluid = (0..particles.position.len()).filter(|&i| particles.kind[i] == Kind::Fluid);
+    let mut energies: Vec<f64> =
+        fluid.map(|i| particles.velocity[i].iter().map(|v| v * v).sum::<f64>() / 2.0).collect();
+    energies.sort_by(f64::total_cmp);
+    energies.truncate(energies.len() * 99 / 100);
+    energies.iter().sum::<f64>() / energies.len() as f64
 }
 
 /// The statistics of one flow up to 2 s.
@@ -58,7 +69,7 @@ fn flow(distance_m: f64, options: &Options, seed: u64) -> [f64; NAMES.len()] {
         if step % every == 0 && 2 * step > steps {
             looks += 1.0;
             let flow = FlowState::of(now);
-            let kinetic = energy(now, [0.0, -9.8, 0.0]).kinetic / flow.fluid as f64;
+            let kinetic = kinetic(now);
             let surface = report.pressure.unwrap().surface as f64;
             let values = [flow.front_p99_m, centre(now, 0), centre(now, 1), kinetic, surface];
             found[1..].iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
@@ -86,7 +97,7 @@ fn fast_flows_as_the_paper_does() {
         };
         let ((paper, paper_range), (fast, fast_range)) = (of(&flows[0]), of(&flows[1]));
         println!(
-            "{name:26} paper {paper:.5} (range {paper_range:.5}), fast {fast:.5} (range {fast_range:.5})"
+            "{name:44} paper {paper:.5} (range {paper_range:.5}), fast {fast:.5} (range {fast_range:.5})"
         );
         let spread = paper_range.max(fast_range);
         assert!((paper - fast).abs() <= spread, "{name}: {paper} and {fast}, starts differ by {spread}");
