@@ -4,6 +4,7 @@
 //! vectors, and hands its sums back in the particles' own order. Sums are the textbook's but for the order of their terms.
 //! What these stages do not cover - other gradients, sources, surfaces - runs as in any other search, from the same lists.
 
+mod assembly;
 pub mod collision;
 mod density;
 mod dry_walls;

@@ -1,0 +1,213 @@
+//! How the [matrix](super::matrix) is worked out: `c_ij = 2D / (n0_L lambda rho) w(r_ij, re_L)` of eight rows at once from their
+//! lists.
+
+use std::ops::Range;
+
+use super::density::Numbers;
+use super::matrix::{Block, Entries, Kept, Resting};
+use super::{from_lanes, load, walk};
+use crate::base::simd::{Kernel, LANES, Simd};
+use crate::engine::kernel;
+use crate::engine::search::clusters::{Clusters, Lists, make_room};
+
+/// `c_ij` of all lanes, and where it is not zero.
+#[derive(Clone, Copy)]
+struct Coefficients<S: Simd> {
+    re: S::F,
+    re2: S::F,
+    most: S::F,
+    coefficient: S::F,
+}
+
+impl<S: Simd> Coefficients<S> {
+    #[inline(always)]
+    fn new(s: S, kernel: kernel::Kernel, coefficient: f64) -> Self {
+        Coefficients {
+            re: s.splat(kernel.radius_m),
+            re2: s.splat(kernel.radius_m * kernel.radius_m),
+            most: s.splat(1.0 / kernel.floor_m),
+            coefficient: s.splat(coefficient),
+        }
+    }
+
+    #[inline(always)]
+    fn of(self, s: S, point: &[f64; 4], x: &[S::F; 3], choice: S::M) -> (S::F, S::M) {
+        let r = from_lanes(s, point, x);
+        let r2 = s.dot(r, r);
+        let w = s.mul_add(self.re, s.min(s.reciprocal_sqrt(r2), self.most), s.splat(-1.0));
+        let within = s.both(choice, s.below(r2, self.re2));
+        (s.keep(within, s.mul(self.coefficient, w)), within)
+    }
+}
+
+/// What the diagonal starts from.
+#[derive(Clone, Copy)]
+pub(super) struct Start<'a, V> {
+    /// Of this block; `None` beyond the walls.
+    pub resting: Option<&'a Resting<V>>,
+    pub resting_diagonal: &'a [Numbers],
+    /// Clusters of walls.
+    pub walls: usize,
+    pub compressibility: f64,
+}
+
+pub(super) struct Assemble<'a, V> {
+    pub clusters: &'a Clusters,
+    pub kernel: kernel::Kernel,
+    pub coefficient: f64,
+    pub start: Start<'a, V>,
+    pub unknown: &'a [u8],
+    pub first_slot: usize,
+    /// Clusters, counted from that of row 0.
+    pub rows: Range<usize>,
+    pub moving: &'a mut Block<V>,
+    pub diagonal: &'a mut [Numbers],
+}
+
+impl<V: Kept> Kernel for Assemble<'_, V> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let Assemble { clusters, kernel, coefficient, start, unknown, first_slot, rows, moving, diagonal } =
+            self;
+        let coefficients = Coefficients::new(s, kernel, coefficient);
+        let Block { entries, touching, resting_ends } = moving;
+        let of_walls = [&clusters.wall_mobile];
+        let of_mobile = [&clusters.mobile[1], &clusters.mobile[2]];
+        entries.clear();
+        touching.clear();
+        resting_ends.clear();
+        for (k, (row, diagonal)) in rows.zip(diagonal).enumerate() {
+            let mut touch = 0;
+            *diagonal = [1.0; LANES];
+            if let (Some(resting), true) = (start.resting, row < start.walls) {
+                let (always, end) = (resting.always[k], resting.entries.ends[k]);
+                let others = &resting.entries.columns[always as usize..end as usize];
+                let wet = any_unknown(others, unknown);
+                resting_ends.push(if wet { end } else { always });
+                touch = if wet { 0 } else { resting.touching[k] };
+            }
+            if unknown[row] != 0 {
+                let cluster = row + first_slot / LANES;
+                let mut sum = s.splat(start.compressibility);
+                let (resting, lists) = match row < start.walls {
+                    true => (s.load(&start.resting_diagonal[row]), &of_walls[..]),
+                    false => (s.splat(0.0), &of_mobile[..]),
+                };
+                for lists in lists {
+                    let more = append(
+                        s,
+                        coefficients,
+                        clusters,
+                        lists,
+                        cluster,
+                        first_slot,
+                        unknown,
+                        entries,
+                        &mut touch,
+                    );
+                    sum = s.add(sum, more);
+                }
+                sum = s.add(sum, resting);
+                s.store(s.select(s.mask(unknown[row]), sum, s.splat(1.0)), diagonal);
+            }
+            touching.push(touch);
+            entries.end();
+        }
+    }
+}
+
+/// Appends the columns of a list that have unknowns; returns the sum of all kept values, and notes in `touch` which lanes are
+/// near a particle without.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "an inner loop of one kernel")]
+fn append<S: Simd, V: Kept>(
+    s: S,
+    coefficients: Coefficients<S>,
+    clusters: &Clusters,
+    lists: &Lists,
+    cluster: usize,
+    first_slot: usize,
+    unknown: &[u8],
+    entries: &mut Entries<V>,
+    touch: &mut u8,
+) -> S::F {
+    let near = lists.of(cluster);
+    let x = load(s, &clusters.slots.lanes[cluster]);
+    let points = &clusters.slots.points[..];
+    let mut next = entries.columns.len();
+    let room = next + near.all.len();
+    make_room(&mut entries.columns, room, 0);
+    make_room(&mut entries.values, room, [V::default(); LANES]);
+    let mut sum = s.splat(0.0);
+    for (j, choice) in walk(near, near.all) {
+        let (c, within) = coefficients.of(s, &points[j], &x, s.mask(choice));
+        let kept = &mut entries.values[next];
+        V::keep(s, c, kept);
+        sum = s.add(sum, V::load(s, kept));
+        let column = j - first_slot;
+        entries.columns[next] = column as u32;
+        let (lanes, counts) = (s.bits(within), unknown[column / LANES] >> (column % LANES) & 1);
+        *touch |= if counts == 1 { 0 } else { lanes };
+        next += usize::from(counts == 1 && lanes != 0);
+    }
+    entries.columns.truncate(next);
+    entries.values.truncate(next);
+    sum
+}
+
+/// Whether any of these columns has an unknown.
+#[inline(always)]
+fn any_unknown(columns: &[u32], unknown: &[u8]) -> bool {
+    for &column in columns {
+        if unknown[column as usize / LANES] >> (column as usize % LANES) & 1 == 1 {
+            return true;
+        }
+    }
+    false
+}
+
+pub(super) struct AssembleResting<'a, V> {
+    pub clusters: &'a Clusters,
+    pub kernel: kernel::Kernel,
+    pub coefficient: f64,
+    pub first_slot: usize,
+    pub pieces: Range<usize>,
+    /// Those that come first and the others: of clusters of walls, a bit a lane.
+    pub columns: [&'a [u8]; 2],
+    pub resting: &'a mut Resting<V>,
+    pub diagonal: &'a mut [Numbers],
+}
+
+impl<V: Kept> Kernel for AssembleResting<'_, V> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let AssembleResting {
+            clusters,
+            kernel,
+            coefficient,
+            first_slot,
+            pieces,
+            columns: [always, others],
+            resting: Resting { entries, always: always_end, touching },
+            diagonal,
+        } = self;
+        let coefficients = Coefficients::new(s, kernel, coefficient);
+        entries.clear();
+        always_end.clear();
+        touching.clear();
+        for (cluster, diagonal) in pieces.zip(diagonal) {
+            let (lists, mut touch) = (&clusters.wall[1], 0);
+            let sum =
+                append(s, coefficients, clusters, lists, cluster, first_slot, always, entries, &mut touch);
+            always_end.push(entries.columns.len() as u32);
+            touching.push(touch);
+            append(s, coefficients, clusters, lists, cluster, first_slot, others, entries, &mut 0);
+            s.store(sum, diagonal);
+            entries.end();
+        }
+    }
+}
