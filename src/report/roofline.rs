@@ -27,7 +27,7 @@ impl Work {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stored {
     pub rows: f64,
-    /// Beside the diagonal, zeros among them.
+    /// Beside the diagonal, zeros that fill it up among them.
     pub values: f64,
     /// Of a value and its share of an index.
     pub bytes_a_value: f64,

@@ -124,6 +124,18 @@ impl Peaks {
         Ok(())
     }
 
+    /// How fast numbers in registers are multiplied and added.
+    pub fn computing(&self) -> Option<&Peak> {
+        self.peaks.iter().find(|peak| peak.kind == PeakKind::MultiplyAdd)
+    }
+
+    /// How fast arrays are read, the smallest first.
+    pub fn reading(&self) -> Vec<&Peak> {
+        let mut reading: Vec<&Peak> = self.peaks.iter().filter(|peak| peak.kind == PeakKind::Read).collect();
+        reading.sort_by_key(|peak| peak.working_set_bytes);
+        reading
+    }
+
     /// The rate of that kind with the working set nearest to `bytes`, in the unit of the kind a second.
     pub fn nearest(&self, kind: PeakKind, bytes: u64) -> Option<&Peak> {
         let of_kind = self.peaks.iter().filter(|peak| peak.kind == kind);
@@ -145,11 +157,13 @@ mod tests {
             threads: 1,
             instructions: "portable".to_string(),
             repetitions: 3,
-            peaks: vec![peak(PeakKind::Read, 8, 2.0), peak(PeakKind::Read, 64, 3.0)],
+            peaks: vec![peak(PeakKind::Read, 64, 3.0), peak(PeakKind::Read, 8, 2.0)],
         };
         good.check().unwrap();
         assert_eq!(good.nearest(PeakKind::Read, 60).unwrap().median_per_s, 3.0);
         assert_eq!(good.nearest(PeakKind::Triad, 60), None);
+        assert_eq!(good.reading().iter().map(|peak| peak.working_set_bytes).collect::<Vec<_>>(), [8, 64]);
+        assert_eq!(good.computing(), None);
         let mut bad = good.clone();
         bad.peaks[0].median_per_s = f64::NAN;
         assert!(bad.check().is_err());

@@ -22,9 +22,8 @@ pub fn content_of(measured: &Measured, id: &str) -> Content {
 }
 
 fn finding(peaks: &Peaks) -> Option<String> {
-    let reads: Vec<&Peak> = peaks.peaks.iter().filter(|peak| peak.kind == PeakKind::Read).collect();
-    let (smallest, largest) = (reads.first()?, reads.last()?);
-    let computing = peaks.peaks.iter().find(|peak| peak.kind == PeakKind::MultiplyAdd)?;
+    let reading = peaks.reading();
+    let (computing, smallest, largest) = (peaks.computing()?, reading.first()?, reading.last()?);
     Some(format!(
         "On {} the machine computes at most {:.1} GFLOP/s in double precision ({}), and reads {:.1} GB/s from \
          arrays of {} and {:.1} GB/s from arrays of {} a thread.",

@@ -2,7 +2,7 @@
 
 use crate::base::statistics::Estimate;
 use crate::engine::preset::{Preset, Search};
-use crate::experiment::peaks::{Peak, PeakKind, Peaks};
+use crate::experiment::peaks::{Peak, Peaks};
 use crate::experiment::record::Stage;
 use crate::report::chart::{Figure, Line, Marker, Panel, Point, Scale, Series, XyPanel};
 use crate::report::measured::{Measured, Quantity, TimedCell, times};
@@ -82,11 +82,12 @@ fn loops(measured: &Measured, id: &str, cell: &TimedCell) -> Option<[Loop; 2]> {
     ])
 }
 
-/// Of a value and its share of an index of four bytes: eight rows of a cluster share one.
+/// Of a value and its share of an index of four bytes. The eight rows of a cluster share one, beside which a bit a row says who
+/// has a value: about half of them do.
 fn bytes_a_value(cell: &TimedCell) -> Option<f64> {
     let preset: Preset = cell.variant.preset.parse().ok()?;
     let value = if cell.variant.matrix_values == "f32" { 4.0 } else { 8.0 };
-    Some(value + if preset.options().search == Search::Clusters { 0.5 } else { 4.0 })
+    Some(value + if preset.options().search == Search::Clusters { 1.25 } else { 4.0 })
 }
 
 /// What the machine computes, and reads from arrays of each size, the smallest first.
@@ -97,9 +98,7 @@ struct Roofs<'a> {
 
 impl<'a> Roofs<'a> {
     fn of(peaks: &'a Peaks) -> Option<Self> {
-        let computing = peaks.peaks.iter().find(|peak| peak.kind == PeakKind::MultiplyAdd)?;
-        let mut reading: Vec<&Peak> = peaks.peaks.iter().filter(|peak| peak.kind == PeakKind::Read).collect();
-        reading.sort_by_key(|peak| peak.working_set_bytes);
+        let (computing, reading) = (peaks.computing()?, peaks.reading());
         (!reading.is_empty()).then_some(Roofs { computing, reading })
     }
 

@@ -4,7 +4,6 @@ use anyhow::Result;
 
 use crate::base::statistics::Estimate;
 use crate::engine::preset::Preset;
-use crate::experiment::peaks::PeakKind;
 use crate::experiment::record::Stage;
 use crate::report::measured::{Measured, Pick, Quantity, TimedCell, by_round, ratio, times};
 use crate::report::section::scaling_figure::figure;
@@ -244,14 +243,7 @@ fn on_more_threads(measured: &Measured, id: &str) -> Vec<String> {
 /// The largest array whose reading was measured, and how much faster so many threads read theirs than one.
 fn reading_gain(measured: &Measured, id: &str, threads: usize) -> Option<(String, f64)> {
     let found = crate::report::peaks::of(measured, id);
-    let largest = |threads: usize| {
-        let peaks = found.iter().find(|peaks| peaks.threads == threads)?;
-        peaks
-            .peaks
-            .iter()
-            .filter(|peak| peak.kind == PeakKind::Read)
-            .max_by_key(|peak| peak.working_set_bytes)
-    };
+    let largest = |threads: usize| found.iter().find(|peaks| peaks.threads == threads)?.reading().pop();
     let (one, more) = (largest(1)?, largest(threads)?);
     Some((peaks::size(more.working_set_bytes), more.median_per_s / one.median_per_s))
 }
