@@ -27,6 +27,16 @@ pub trait Simd: Copy + Send + Sync {
     fn load_narrow(self, from: &[f32; LANES]) -> Self::F;
     /// Rounds to 32-bit numbers.
     fn store_narrow(self, value: Self::F, to: &mut [f32; LANES]);
+    /// The nearest 32-bit numbers.
+    fn narrowed(self, value: Self::F) -> Self::F;
+    /// Gives the numbers, in turn, to the lanes of `bits`, and zero to the others.
+    fn expand(self, from: &[f64; LANES], bits: u8) -> Self::F;
+    /// The same, widened.
+    fn expand_narrow(self, from: &[f32; LANES], bits: u8) -> Self::F;
+    /// Writes the lanes of `bits`, one behind the other; what stands behind them, eight numbers in all, is written over.
+    fn pack(self, value: Self::F, bits: u8, to: &mut [f64; LANES]);
+    /// The same, rounded to 32-bit numbers.
+    fn pack_narrow(self, value: Self::F, bits: u8, to: &mut [f32; LANES]);
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
@@ -103,6 +113,23 @@ pub trait Kernel {
     fn run<S: Simd>(self, simd: S) -> Self::Out;
 }
 
+/// Of each choice of lanes how many of those chosen stand before each lane.
+#[cfg(target_arch = "x86_64")]
+static BEFORE: [[u8; LANES]; 256] = {
+    let mut before = [[0; LANES]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < LANES {
+            before[bits][lane] = count & (LANES as u8 - 1);
+            count += (bits >> lane & 1) as u8;
+            lane += 1;
+        }
+        bits += 1;
+    }
+    before
+};
+
 /// Of the guess: what makes half the exponent's bits, negated, closest to the logarithm of the root's reciprocal.
 const GUESS: u64 = 0x5FE6_EB50_C7B5_37A9;
 
@@ -120,6 +147,28 @@ fn compress(first: u32, bits: u8, to: &mut [u32]) -> usize {
         count += usize::from(bits >> k & 1);
     }
     count
+}
+
+/// [`Simd::expand`] without vectors.
+#[inline(always)]
+fn expand<T: Copy + Default>(from: &[T; LANES], bits: u8) -> [T; LANES] {
+    let mut next = 0;
+    std::array::from_fn(|k| {
+        let chosen = bits >> k & 1 == 1;
+        let value = if chosen { from[next & (LANES - 1)] } else { T::default() };
+        next += usize::from(chosen);
+        value
+    })
+}
+
+/// [`Simd::pack`] without vectors.
+#[inline(always)]
+fn pack<T: Copy>(values: [T; LANES], bits: u8, to: &mut [T; LANES]) {
+    let mut count = 0;
+    for (k, value) in values.into_iter().enumerate() {
+        to[count & (LANES - 1)] = value;
+        count += usize::from(bits >> k & 1);
+    }
 }
 
 #[inline(always)]
@@ -159,6 +208,21 @@ plain! {
     }
     fn store_narrow(value: [f64; LANES], to: &mut [f32; LANES]) {
         *to = value.map(|v| v as f32);
+    }
+    fn narrowed(value: [f64; LANES]) -> [f64; LANES] {
+        value.map(|v| f64::from(v as f32))
+    }
+    fn expand(from: &[f64; LANES], bits: u8) -> [f64; LANES] {
+        expand(from, bits)
+    }
+    fn expand_narrow(from: &[f32; LANES], bits: u8) -> [f64; LANES] {
+        expand(from, bits).map(f64::from)
+    }
+    fn pack(value: [f64; LANES], bits: u8, to: &mut [f64; LANES]) {
+        pack(value, bits, to)
+    }
+    fn pack_narrow(value: [f64; LANES], bits: u8, to: &mut [f32; LANES]) {
+        pack(value.map(|v| v as f32), bits, to)
     }
     fn add(a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
         each(|k| a[k] + b[k])
@@ -246,6 +310,24 @@ intrinsics!(Avx512, __m512d, __mmask8, {
     fn store_narrow(value: __m512d, to: &mut [f32; LANES]) {
         _mm256_storeu_ps(to.as_mut_ptr(), _mm512_cvtpd_ps(value))
     }
+    fn narrowed(value: __m512d) -> __m512d {
+        _mm512_cvtps_pd(_mm512_cvtpd_ps(value))
+    }
+    // Permuted rather than expanded, here and below: some processors take ten cycles to expand from memory.
+    fn expand(from: &[f64; LANES], bits: u8) -> __m512d {
+        let before = _mm512_cvtepu8_epi64(_mm_loadl_epi64(BEFORE[usize::from(bits)].as_ptr().cast()));
+        _mm512_maskz_permutexvar_pd(bits, before, _mm512_loadu_pd(from.as_ptr()))
+    }
+    fn expand_narrow(from: &[f32; LANES], bits: u8) -> __m512d {
+        let before = _mm256_cvtepu8_epi32(_mm_loadl_epi64(BEFORE[usize::from(bits)].as_ptr().cast()));
+        _mm512_cvtps_pd(_mm256_maskz_permutexvar_ps(bits, before, _mm256_loadu_ps(from.as_ptr())))
+    }
+    fn pack(value: __m512d, bits: u8, to: &mut [f64; LANES]) {
+        _mm512_storeu_pd(to.as_mut_ptr(), _mm512_maskz_compress_pd(bits, value))
+    }
+    fn pack_narrow(value: __m512d, bits: u8, to: &mut [f32; LANES]) {
+        _mm256_storeu_ps(to.as_mut_ptr(), _mm256_maskz_compress_ps(bits, _mm512_cvtpd_ps(value)))
+    }
     fn add(a: __m512d, b: __m512d) -> __m512d {
         _mm512_add_pd(a, b)
     }
@@ -321,6 +403,33 @@ intrinsics!(Avx2, Pair, Pair, {
     fn store_narrow(value: Pair, to: &mut [f32; LANES]) {
         _mm_storeu_ps(to.as_mut_ptr(), _mm256_cvtpd_ps(value[0]));
         _mm_storeu_ps(to[4..].as_mut_ptr(), _mm256_cvtpd_ps(value[1]));
+    }
+    fn narrowed(value: Pair) -> Pair {
+        [_mm256_cvtps_pd(_mm256_cvtpd_ps(value[0])), _mm256_cvtps_pd(_mm256_cvtpd_ps(value[1]))]
+    }
+    fn expand(from: &[f64; LANES], bits: u8) -> Pair {
+        let values = expand(from, bits);
+        [_mm256_loadu_pd(values.as_ptr()), _mm256_loadu_pd(values[4..].as_ptr())]
+    }
+    fn expand_narrow(from: &[f32; LANES], bits: u8) -> Pair {
+        let before = _mm256_cvtepu8_epi32(_mm_loadl_epi64(BEFORE[usize::from(bits)].as_ptr().cast()));
+        let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lanes), lanes);
+        let values = _mm256_permutevar8x32_ps(_mm256_loadu_ps(from.as_ptr()), before);
+        let values = _mm256_and_ps(values, _mm256_castsi256_ps(chosen));
+        [_mm256_cvtps_pd(_mm256_castps256_ps128(values)), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(values))]
+    }
+    fn pack(value: Pair, bits: u8, to: &mut [f64; LANES]) {
+        let mut values = [0.0; LANES];
+        _mm256_storeu_pd(values.as_mut_ptr(), value[0]);
+        _mm256_storeu_pd(values[4..].as_mut_ptr(), value[1]);
+        pack(values, bits, to)
+    }
+    fn pack_narrow(value: Pair, bits: u8, to: &mut [f32; LANES]) {
+        let mut values = [0.0; LANES];
+        _mm_storeu_ps(values.as_mut_ptr(), _mm256_cvtpd_ps(value[0]));
+        _mm_storeu_ps(values[4..].as_mut_ptr(), _mm256_cvtpd_ps(value[1]));
+        pack(values, bits, to)
     }
     fn add(a: Pair, b: Pair) -> Pair {
         [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])]
@@ -418,11 +527,15 @@ mod tests {
         fn run<S: Simd>(self, s: S) -> Self::Out {
             let [a, b, c] = [s.load(&self.0[0]), s.load(&self.0[1]), s.load(&self.0[2])];
             let (below, some) = (s.below(a, b), s.mask(0b1011_0010));
+            let chosen = s.bits(below);
             let mut narrow = [0.0; LANES];
             s.store_narrow(a, &mut narrow);
             let results = [
                 s.splat(self.0[0][3]),
                 s.load_narrow(&narrow),
+                s.narrowed(b),
+                s.expand(&self.0[2], chosen),
+                s.expand_narrow(&narrow, chosen),
                 s.add(a, b),
                 s.sub(a, b),
                 s.mul(a, b),
@@ -437,8 +550,14 @@ mod tests {
             ];
             let bits = results.map(|value| s.array(value).map(f64::to_bits));
             let mut packed = [0; LANES];
-            let count = s.compress(7, s.bits(below), &mut packed);
-            (bits.to_vec(), s.bits(below), packed[..count].to_vec())
+            let count = s.compress(7, chosen, &mut packed);
+            let (mut wide, mut narrow) = ([0.0; LANES], [0.0; LANES]);
+            s.pack(c, chosen, &mut wide);
+            s.pack_narrow(c, chosen, &mut narrow);
+            let packed = packed[..count].iter().copied();
+            let packed = packed.chain(narrow[..count].iter().map(|value| value.to_bits()));
+            let wide = each(|k| if k < count { wide[k] } else { 0.0 }).map(f64::to_bits);
+            (bits.iter().copied().chain([wide]).collect(), chosen, packed.collect())
         }
     }
 

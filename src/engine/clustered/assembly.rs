@@ -8,7 +8,7 @@ use super::matrix::{Block, Entries, Kept, Resting};
 use super::{from_lanes, load, walk};
 use crate::base::simd::{Kernel, LANES, Simd};
 use crate::engine::kernel;
-use crate::engine::search::clusters::{Clusters, Lists, make_room};
+use crate::engine::search::clusters::{Clusters, Lists};
 
 /// `c_ij` of all lanes, and where it is not zero.
 #[derive(Clone, Copy)]
@@ -82,9 +82,8 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
             let mut touch = 0;
             *diagonal = [1.0; LANES];
             if let (Some(resting), true) = (start.resting, row < start.walls) {
-                let (always, end) = (resting.always[k], resting.entries.ends[k]);
-                let others = &resting.entries.columns[always as usize..end as usize];
-                let wet = any_unknown(others, unknown);
+                let (always, end) = (resting.always[k], resting.entries.end_of(k));
+                let wet = any_unknown(resting.entries.columns_between(always, end), unknown);
                 resting_ends.push(if wet { end } else { always });
                 touch = if wet { 0 } else { resting.touching[k] };
             }
@@ -104,6 +103,7 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
                         cluster,
                         first_slot,
                         unknown,
+                        unknown[row],
                         entries,
                         &mut touch,
                     );
@@ -113,13 +113,13 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
                 s.store(s.select(s.mask(unknown[row]), sum, s.splat(1.0)), diagonal);
             }
             touching.push(touch);
-            entries.end();
+            entries.end_cluster();
         }
     }
 }
 
-/// Appends the columns of a list that have unknowns; returns the sum of all kept values, and notes in `touch` which lanes are
-/// near a particle without.
+/// Appends the values that some lanes have in those columns of a list that have unknowns; returns the sum over all columns, and
+/// notes in `touch` which lanes are near a particle without.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "an inner loop of one kernel")]
 fn append<S: Simd, V: Kept>(
@@ -130,30 +130,33 @@ fn append<S: Simd, V: Kept>(
     cluster: usize,
     first_slot: usize,
     unknown: &[u8],
+    of_lanes: u8,
     entries: &mut Entries<V>,
     touch: &mut u8,
 ) -> S::F {
     let near = lists.of(cluster);
     let x = load(s, &clusters.slots.lanes[cluster]);
     let points = &clusters.slots.points[..];
-    let mut next = entries.columns.len();
-    let room = next + near.all.len();
-    make_room(&mut entries.columns, room, 0);
-    make_room(&mut entries.values, room, [V::default(); LANES]);
+    let end = entries.end();
+    let (columns, lanes, values) = entries.room_for(near.all.len());
+    let (mut next, mut next_value) = (0, 0);
     let mut sum = s.splat(0.0);
     for (j, choice) in walk(near, near.all) {
         let (c, within) = coefficients.of(s, &points[j], &x, s.mask(choice));
-        let kept = &mut entries.values[next];
-        V::keep(s, c, kept);
-        sum = s.add(sum, V::load(s, kept));
+        let (c, bits) = (V::kept(s, c), s.bits(within));
+        sum = s.add(sum, c);
         let column = j - first_slot;
-        entries.columns[next] = column as u32;
-        let (lanes, counts) = (s.bits(within), unknown[column / LANES] >> (column % LANES) & 1);
-        *touch |= if counts == 1 { 0 } else { lanes };
-        next += usize::from(counts == 1 && lanes != 0);
+        let counts = unknown[column / LANES] >> (column % LANES) & 1 == 1;
+        *touch |= if counts { 0 } else { bits };
+        let wanted = if counts { bits & of_lanes } else { 0 };
+        columns[next] = column as u32;
+        lanes[next] = wanted;
+        let room = values[next_value..].first_chunk_mut().expect("there is room for eight values a column");
+        V::pack(s, c, wanted, room);
+        next += usize::from(wanted != 0);
+        next_value += wanted.count_ones() as usize;
     }
-    entries.columns.truncate(next);
-    entries.values.truncate(next);
+    entries.keep(end, next, next_value);
     sum
 }
 
@@ -200,14 +203,24 @@ impl<V: Kept> Kernel for AssembleResting<'_, V> {
         always_end.clear();
         touching.clear();
         for (cluster, diagonal) in pieces.zip(diagonal) {
-            let (lists, mut touch) = (&clusters.wall[1], 0);
-            let sum =
-                append(s, coefficients, clusters, lists, cluster, first_slot, always, entries, &mut touch);
-            always_end.push(entries.columns.len() as u32);
+            let (lists, all, mut touch) = (&clusters.wall[1], 0xFF, 0);
+            let sum = append(
+                s,
+                coefficients,
+                clusters,
+                lists,
+                cluster,
+                first_slot,
+                always,
+                all,
+                entries,
+                &mut touch,
+            );
+            always_end.push(entries.end());
             touching.push(touch);
-            append(s, coefficients, clusters, lists, cluster, first_slot, others, entries, &mut 0);
+            append(s, coefficients, clusters, lists, cluster, first_slot, others, all, entries, &mut 0);
             s.store(sum, diagonal);
-            entries.end();
+            entries.end_cluster();
         }
     }
 }

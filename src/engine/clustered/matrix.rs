@@ -1,7 +1,8 @@
-//! The pressure's matrix as the lists are: of each cluster the columns, and for each column eight values, one a lane.
+//! The pressure's matrix as the lists are: of each cluster the columns, and for each column the lanes that have a value.
 //!
-//! A product broadcasts one number of the vector for eight values and gathers nothing; `x` is zero in rows without an
-//! unknown, so that columns need no mask. What resting walls are to one another is worked out once. Values are kept as
+//! A product broadcasts one number of the vector for a column's values and gathers nothing; `x` is zero in rows without an
+//! unknown, so that columns need no mask. Half the lanes have no value: only those that have are kept, behind a bit a lane,
+//! and dealt out to them in a register (the format SPC5 of Bramas & Kus, PeerJ Computer Science 4:e151, 2018). What resting walls are to one another is worked out once. Values are kept as
 //! `c_ij = -A_ij`, in `f32` by default; the diagonal is the sum of the kept values, so that a row's sum stays exact.
 
 use std::fmt::Debug;
@@ -16,77 +17,184 @@ use crate::engine::pressure::preconditioner::two_level::lanes::{LaneBoxes, LaneG
 use crate::engine::pressure::system_matrix::{BLOCK, SystemMatrix};
 use crate::engine::pressure::values::Value;
 use crate::engine::search::NONE;
-use crate::engine::search::clusters::Clusters;
+use crate::engine::search::clusters::{Clusters, make_room};
 
 /// Clusters whose entries lie together: a block of rows.
 const TOGETHER: usize = BLOCK / LANES;
 
-/// A precision that vectors can be kept in.
+/// A precision that values can be kept in.
 pub trait Kept: Value {
-    fn keep<S: Simd>(s: S, value: S::F, to: &mut [Self; LANES]);
-    fn load<S: Simd>(s: S, from: &[Self; LANES]) -> S::F;
+    /// What is left of values that are kept.
+    fn kept<S: Simd>(s: S, values: S::F) -> S::F;
+    /// Keeps those of some lanes, one behind the other; what stands behind them is written over.
+    fn pack<S: Simd>(s: S, values: S::F, lanes: u8, to: &mut [Self; LANES]);
+    /// Those of some lanes, zero in the others.
+    fn unpack<S: Simd>(s: S, from: &[Self; LANES], lanes: u8) -> S::F;
 }
 
 impl Kept for f64 {
     #[inline(always)]
-    fn keep<S: Simd>(s: S, value: S::F, to: &mut [f64; LANES]) {
-        s.store(value, to);
+    fn kept<S: Simd>(_: S, values: S::F) -> S::F {
+        values
     }
 
     #[inline(always)]
-    fn load<S: Simd>(s: S, from: &[f64; LANES]) -> S::F {
-        s.load(from)
+    fn pack<S: Simd>(s: S, values: S::F, lanes: u8, to: &mut [f64; LANES]) {
+        s.pack(values, lanes, to);
+    }
+
+    #[inline(always)]
+    fn unpack<S: Simd>(s: S, from: &[f64; LANES], lanes: u8) -> S::F {
+        s.expand(from, lanes)
     }
 }
 
 impl Kept for f32 {
     #[inline(always)]
-    fn keep<S: Simd>(s: S, value: S::F, to: &mut [f32; LANES]) {
-        s.store_narrow(value, to);
+    fn kept<S: Simd>(s: S, values: S::F) -> S::F {
+        s.narrowed(values)
     }
 
     #[inline(always)]
-    fn load<S: Simd>(s: S, from: &[f32; LANES]) -> S::F {
-        s.load_narrow(from)
+    fn pack<S: Simd>(s: S, values: S::F, lanes: u8, to: &mut [f32; LANES]) {
+        s.pack_narrow(values, lanes, to);
+    }
+
+    #[inline(always)]
+    fn unpack<S: Simd>(s: S, from: &[f32; LANES], lanes: u8) -> S::F {
+        s.expand_narrow(from, lanes)
     }
 }
 
 /// The entries of some clusters.
 #[derive(Debug, Default)]
 pub(super) struct Entries<V> {
-    pub columns: Vec<u32>,
-    pub values: Vec<[V; LANES]>,
-    pub ends: Vec<u32>,
+    columns: Vec<u32>,
+    /// Of each column the lanes that have a value.
+    lanes: Vec<u8>,
+    /// The values of all lanes of all columns, and room for eight more.
+    values: Vec<V>,
+    ends: Vec<End>,
+}
+
+/// How far something reaches.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct End {
+    columns: u32,
+    values: u32,
+}
+
+/// Columns that follow one another, and their values.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Run<'a, V> {
+    pub columns: &'a [u32],
+    pub lanes: &'a [u8],
+    /// Those of the first column come first; what follows those of the last is not the run's.
+    values: &'a [V],
+}
+
+impl<'a, V: Kept> Run<'a, V> {
+    const NONE: Run<'static, V> = Run { columns: &[], lanes: &[], values: &[] };
+
+    /// Shows the columns in which a lane has a value.
+    fn for_each_in(self, lane: usize, mut visit: impl FnMut(u32, f64)) {
+        let mut next = 0;
+        for (&column, &lanes) in self.columns.iter().zip(self.lanes) {
+            if lanes >> lane & 1 == 1 {
+                let before = lanes & !(0xFF << lane);
+                visit(column, self.values[next + before.count_ones() as usize].widened());
+            }
+            next += lanes.count_ones() as usize;
+        }
+    }
+
+    /// Eight numbers from one on, of which the first are a column's values.
+    #[inline(always)]
+    fn values_from(self, first: usize) -> &'a [V; LANES] {
+        self.values[first..].first_chunk().expect("values have room for eight more behind them")
+    }
 }
 
 impl<V: Kept> Entries<V> {
     pub fn clear(&mut self) {
         self.columns.clear();
+        self.lanes.clear();
         self.values.clear();
         self.ends.clear();
     }
 
-    pub fn end(&mut self) {
-        self.ends.push(self.columns.len() as u32);
+    /// Where what was appended last ends.
+    pub fn end(&self) -> End {
+        End { columns: self.columns.len() as u32, values: self.values.len().saturating_sub(LANES) as u32 }
     }
 
-    /// The columns and values of the k-th cluster.
+    /// Ends a cluster.
+    pub fn end_cluster(&mut self) {
+        self.ends.push(self.end());
+    }
+
+    /// Room for so many columns behind those that are there, their lanes and values.
     #[inline(always)]
-    pub fn of(&self, k: usize) -> (&[u32], &[[V; LANES]]) {
+    pub fn room_for(&mut self, columns: usize) -> (&mut [u32], &mut [u8], &mut [V]) {
+        let End { columns: start, values: start_of_values } = self.end();
+        let (start, start_of_values) = (start as usize, start_of_values as usize);
+        make_room(&mut self.columns, start + columns, 0);
+        make_room(&mut self.lanes, start + columns, 0);
+        make_room(&mut self.values, start_of_values + (columns + 1) * LANES, V::default());
+        (&mut self.columns[start..], &mut self.lanes[start..], &mut self.values[start_of_values..])
+    }
+
+    /// Keeps so many of the columns and values that were written where [`room_for`](Entries::room_for) made room after `end`.
+    #[inline(always)]
+    pub fn keep(&mut self, end: End, columns: usize, values: usize) {
+        self.columns.truncate(end.columns as usize + columns);
+        self.lanes.truncate(end.columns as usize + columns);
+        self.values.truncate(end.values as usize + values + LANES);
+    }
+
+    /// Those of the k-th cluster.
+    #[inline(always)]
+    pub fn of(&self, k: usize) -> Run<'_, V> {
         self.up_to(k, self.ends[k])
+    }
+
+    /// How many values of the k-th cluster stand before `end`.
+    fn values_up_to(&self, k: usize, end: End) -> usize {
+        (end.values - self.start_of(k).values) as usize
+    }
+
+    #[inline(always)]
+    fn start_of(&self, k: usize) -> End {
+        if k == 0 { End::default() } else { self.ends[k - 1] }
     }
 
     /// Those of the k-th cluster that stand before `end`.
     #[inline(always)]
-    fn up_to(&self, k: usize, end: u32) -> (&[u32], &[[V; LANES]]) {
-        let start = if k == 0 { 0 } else { self.ends[k - 1] } as usize;
-        let range = start..end as usize;
-        (&self.columns[range.clone()], &self.values[range])
+    pub fn up_to(&self, k: usize, end: End) -> Run<'_, V> {
+        let start = self.start_of(k);
+        let range = start.columns as usize..end.columns as usize;
+        Run {
+            columns: &self.columns[range.clone()],
+            lanes: &self.lanes[range],
+            values: &self.values[start.values as usize..],
+        }
+    }
+
+    /// Where the k-th cluster ends.
+    pub fn end_of(&self, k: usize) -> End {
+        self.ends[k]
+    }
+
+    /// The columns from one place to another.
+    pub fn columns_between(&self, from: End, to: End) -> &[u32] {
+        &self.columns[from.columns as usize..to.columns as usize]
     }
 
     fn bytes(&self) -> usize {
-        (self.columns.capacity() + self.ends.capacity()) * size_of::<u32>()
-            + self.values.capacity() * size_of::<[V; LANES]>()
+        self.columns.capacity() * size_of::<u32>()
+            + self.lanes.capacity()
+            + self.values.capacity() * size_of::<V>()
+            + self.ends.capacity() * size_of::<End>()
     }
 }
 
@@ -96,7 +204,7 @@ impl<V: Kept> Entries<V> {
 pub(super) struct Resting<V> {
     pub entries: Entries<V>,
     /// Where the first columns of each cluster end.
-    pub always: Vec<u32>,
+    pub always: Vec<End>,
     /// Of each cluster the lanes that lie within reach of its other columns.
     pub touching: Vec<u8>,
 }
@@ -108,7 +216,7 @@ pub(super) struct Block<V> {
     /// Of each cluster the lanes that lie within reach of the surface.
     pub touching: Vec<u8>,
     /// Of each cluster of walls where its columns among resting walls end.
-    pub resting_ends: Vec<u32>,
+    pub resting_ends: Vec<End>,
 }
 
 #[derive(Debug)]
@@ -238,46 +346,42 @@ impl<V: Kept> ClusterMatrix<V> {
     }
 
     /// Shows what a row of walls has in columns of walls that have an unknown without any fluid: `c_ij`.
-    pub fn for_each_resting(&self, row: usize, mut visit: impl FnMut(u32, f64)) {
+    pub fn for_each_resting(&self, row: usize, visit: impl FnMut(u32, f64)) {
         let (block, k) = (row / BLOCK, row / LANES % TOGETHER);
         let Resting { entries, always, .. } = &self.resting[block];
-        let (columns, values) = entries.up_to(k, always[k]);
-        for (&column, values) in columns.iter().zip(values) {
-            let value = values[row % LANES].widened();
-            if value != 0.0 {
-                visit(column, value);
-            }
-        }
+        entries.up_to(k, always[k]).for_each_in(row % LANES, visit);
     }
 
     /// The columns and values of a cluster: those of resting walls, and the others.
     #[inline(always)]
-    pub(super) fn entries(&self, cluster: usize) -> [(&[u32], &[[V; LANES]]); 2] {
+    pub(super) fn entries(&self, cluster: usize) -> [Run<'_, V>; 2] {
         let (block, k) = (cluster / TOGETHER, cluster % TOGETHER);
         let Block { entries, resting_ends, .. } = &self.moving[block];
         let resting = match resting_ends.get(k) {
             Some(&end) => self.resting[block].entries.up_to(k, end),
-            None => (&[][..], &[][..]),
+            None => Run::NONE,
         };
         [resting, entries.of(k)]
     }
 
-    /// Values beside the diagonal that a product goes through, zeros among them.
+    /// Values beside the diagonal that a product goes through.
     pub fn stored(&self) -> usize {
         let with_unknowns = (0..self.unknown.len()).filter(|&cluster| self.unknown[cluster] != 0);
-        LANES
-            * with_unknowns
-                .flat_map(|cluster| self.entries(cluster))
-                .map(|(columns, _)| columns.len())
-                .sum::<usize>()
+        let of_cluster = |cluster: usize| {
+            let (block, k) = (cluster / TOGETHER, cluster % TOGETHER);
+            let Block { entries, resting_ends, .. } = &self.moving[block];
+            let resting = |&end| self.resting[block].entries.values_up_to(k, end);
+            resting_ends.get(k).map_or(0, resting) + entries.values_up_to(k, entries.end_of(k))
+        };
+        with_unknowns.map(of_cluster).sum()
     }
 
     pub fn bytes(&self) -> usize {
         let resting = |r: &Resting<V>| {
-            r.entries.bytes() + r.always.capacity() * size_of::<u32>() + r.touching.capacity()
+            r.entries.bytes() + r.always.capacity() * size_of::<End>() + r.touching.capacity()
         };
         let moving = |b: &Block<V>| {
-            b.entries.bytes() + b.touching.capacity() + b.resting_ends.capacity() * size_of::<u32>()
+            b.entries.bytes() + b.touching.capacity() + b.resting_ends.capacity() * size_of::<End>()
         };
         self.resting.iter().map(resting).sum::<usize>()
             + self.moving.iter().map(moving).sum::<usize>()
@@ -308,13 +412,8 @@ impl<V: Kept> SystemMatrix for ClusterMatrix<V> {
     }
 
     fn for_each_entry(&self, row: usize, mut visit: impl FnMut(u32, f64)) {
-        for (columns, values) in self.entries(row / LANES) {
-            for (&column, values) in columns.iter().zip(values) {
-                let value = values[row % LANES].widened();
-                if value != 0.0 {
-                    visit(column, -value);
-                }
-            }
+        for run in self.entries(row / LANES) {
+            run.for_each_in(row % LANES, |column, value| visit(column, -value));
         }
     }
 }
@@ -343,18 +442,21 @@ impl<V: Kept> Kernel for Multiply<'_, V> {
             }
             let diagonal = s.mul(s.load(&matrix.diagonal[cluster]), s.load(&of_clusters[cluster]));
             let mut strands = [diagonal, s.splat(0.0), s.splat(0.0), s.splat(0.0)];
-            for (columns, values) in matrix.entries(cluster) {
-                let ((columns4, columns_rest), (values4, values_rest)) =
-                    (columns.as_chunks::<4>(), values.as_chunks::<4>());
-                for (columns, values) in columns4.iter().zip(values4) {
+            for run in matrix.entries(cluster) {
+                let mut next = 0;
+                let ((columns4, columns_rest), (lanes4, lanes_rest)) =
+                    (run.columns.as_chunks::<4>(), run.lanes.as_chunks::<4>());
+                for (columns, lanes) in columns4.iter().zip(lanes4) {
                     for k in 0..4 {
-                        let x = s.splat(x[columns[k] as usize]);
-                        strands[k] = s.neg_mul_add(V::load(s, &values[k]), x, strands[k]);
+                        let values = V::unpack(s, run.values_from(next), lanes[k]);
+                        strands[k] = s.neg_mul_add(values, s.splat(x[columns[k] as usize]), strands[k]);
+                        next += lanes[k].count_ones() as usize;
                     }
                 }
-                for (k, (&column, values)) in columns_rest.iter().zip(values_rest).enumerate() {
-                    let x = s.splat(x[column as usize]);
-                    strands[k] = s.neg_mul_add(V::load(s, values), x, strands[k]);
+                for (k, (&column, &lanes)) in columns_rest.iter().zip(lanes_rest).enumerate() {
+                    let values = V::unpack(s, run.values_from(next), lanes);
+                    strands[k] = s.neg_mul_add(values, s.splat(x[column as usize]), strands[k]);
+                    next += lanes.count_ones() as usize;
                 }
             }
             let [a, b, c, d] = strands;
@@ -384,9 +486,10 @@ impl<V: Kept> Kernel for AddUp<'_, V> {
                 gather.sum_of(boxes.key[row], boxes.of[row])[lane] += diagonal;
             }
         }
-        for (columns, values) in matrix.entries(cluster) {
+        for run in matrix.entries(cluster) {
             let (mut present, mut key, mut sum) = (NONE, 0, s.splat(0.0));
-            for (&column, values) in columns.iter().zip(values) {
+            let mut next = 0;
+            for (&column, &lanes) in run.columns.iter().zip(run.lanes) {
                 let of = boxes.of[column as usize];
                 if of != present {
                     if present != NONE {
@@ -395,7 +498,8 @@ impl<V: Kept> Kernel for AddUp<'_, V> {
                     }
                     (present, key, sum) = (of, boxes.key[column as usize], s.splat(0.0));
                 }
-                sum = s.add(sum, V::load(s, values));
+                sum = s.add(sum, V::unpack(s, run.values_from(next), lanes));
+                next += lanes.count_ones() as usize;
             }
             if present != NONE {
                 let total = gather.sum_of(key, present);

@@ -13,6 +13,8 @@ mod matrix;
 pub mod pressure;
 mod reached;
 mod rows;
+#[cfg(test)]
+mod tests;
 pub mod viscosity;
 
 use crate::base::parallel::{Columns, Rows, Team};

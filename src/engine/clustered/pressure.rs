@@ -122,22 +122,27 @@ impl<V: Kept> ClusterPressure<V> {
 
     /// Phase `boundary_condition`: who is on the surface, and which particle each row is.
     fn find_unknowns(&mut self, state: &State<Clusters>) {
-        let threshold = self.surface_threshold * self.n0;
+        let (threshold, rows, n) = (self.surface_threshold * self.n0, &self.rows, &self.density.n);
+        let team = state.workers.shared_evenly();
         let unknown = &mut self.matrix.unknown;
-        unknown.clear();
-        unknown.extend(self.density.n.iter().enumerate().map(|(row, n)| {
-            let inner = (0..LANES).fold(0, |bits, k| bits | u8::from(n[k] >= threshold) << k);
-            inner & Self::filled(state, &self.rows, row)
-        }));
+        unknown.resize(n.len(), 0);
+        team.fill(Rows::new(unknown), |range, unknown| {
+            for (row, unknown) in range.zip(unknown) {
+                let inner = (0..LANES).fold(0, |bits, k| bits | u8::from(n[row][k] >= threshold) << k);
+                *unknown = inner & Self::filled(state, rows, row);
+            }
+        });
         if let Some(dry_walls) = &mut self.dry_walls {
-            dry_walls.leave_out(&state.candidates, &self.rows, unknown);
+            dry_walls.leave_out(&state.candidates, rows, unknown);
         }
         let unknown = &self.matrix.unknown;
-        let particles = &state.candidates.slots.particle[self.rows.first_slot()..];
-        self.particle_of.clear();
-        self.particle_of.extend(particles.iter().enumerate().map(|(row, &particle)| {
-            if unknown[row / LANES] >> (row % LANES) & 1 == 1 { particle } else { NONE }
-        }));
+        let particles = &state.candidates.slots.particle[rows.first_slot()..];
+        self.particle_of.resize(rows.rows(), NONE);
+        team.fill(Rows::new(&mut self.particle_of), |range, particle_of| {
+            for (row, own) in range.zip(particle_of) {
+                *own = if unknown[row / LANES] >> (row % LANES) & 1 == 1 { particles[row] } else { NONE };
+            }
+        });
     }
 
     /// Phase `source`: `b_i = gamma / dt^2 (n_i - n0) / n0`; tells whether it is all rounding noise.
@@ -193,7 +198,8 @@ impl<V: Kept> ClusterPressure<V> {
 
     /// Phase `connectivity`: anchors rows that no path of neighbours joins to the surface.
     fn settle_enclosed(&mut self, state: &State<Clusters>) {
-        self.reached.find(&self.matrix, |row| Self::filled(state, &self.rows, row));
+        let team = state.workers.scheduled_over(LANES);
+        self.reached.find(&self.matrix, |row| Self::filled(state, &self.rows, row), team);
         self.matrix.anchor(&self.reached.enclosed);
     }
 
@@ -211,10 +217,12 @@ impl<V: Kept> ClusterPressure<V> {
         let (solution, first) = (self.solver.solution(), self.rows.first_slot());
         let known = |row| self.dry_walls.as_ref().and_then(|dry_walls| dry_walls.pressure(row));
         let pressure = |row: usize| known(row).unwrap_or(solution[row]).max(0.0);
-        for (row, point) in state.candidates.slots.points[first..].iter_mut().enumerate() {
-            point[3] = pressure(row);
-        }
         let team = state.workers.scheduled();
+        team.evenly().fill(Rows::new(&mut state.candidates.slots.points[first..]), |range, points| {
+            for (row, point) in range.zip(points) {
+                point[3] = pressure(row);
+            }
+        });
         scatter(&mut state.particles.pressure, &state.candidates.slots, first, team, |_, slot, p| {
             *p = pressure(slot - first);
         });

@@ -5,6 +5,8 @@
 //! the diffusivity is the same everywhere and walls are insulated: it stands in the fourth lane of a velocity and takes one sum more.
 
 use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 use super::{PIECE, add_weighted, from_lanes, load, scatter, walk};
 use crate::base::parallel::{FirstIndex, Rows};
@@ -84,14 +86,18 @@ impl ClusterViscosity {
         });
         self.velocity.resize(slots.particle.len(), [0.0; 4]);
         Section::ALL.map(|section| {
-            let mut moves = false;
-            for slot in slots.of(section) {
-                let i = slots.particle[slot] as usize;
-                let [x, y, z] = velocity[i];
-                moves |= [x, y, z] != ZERO;
-                self.velocity[slot] = [x, y, z, carried.map_or(0.0, |values| values[i])];
-            }
-            moves
+            let (particle, moves) = (&slots.particle[slots.of(section)], AtomicBool::new(false));
+            let rows = Rows::new(&mut self.velocity[slots.of(section)]);
+            state.workers.shared_evenly().fill(rows, |range, rows| {
+                for (row, &i) in rows.iter_mut().zip(&particle[range]) {
+                    let [x, y, z] = velocity[i as usize];
+                    if [x, y, z] != ZERO {
+                        moves.store(true, Relaxed);
+                    }
+                    *row = [x, y, z, carried.map_or(0.0, |values| values[i as usize])];
+                }
+            });
+            moves.into_inner()
         })
     }
 

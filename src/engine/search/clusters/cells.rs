@@ -1,5 +1,6 @@
 //! Flat cells in which one section's particles are sorted: those side by side in x lie side by side in memory.
 
+use crate::base::parallel::{Rows, Team};
 use crate::base::vec3::Vec3;
 use crate::engine::parameters::Domain;
 
@@ -117,12 +118,22 @@ impl Cells {
     }
 
     /// Sorts `particles` by cell, those of one cell staying in their order, into `sorted`.
-    pub fn sort(&mut self, grid: &Grid, particles: &[u32], positions: &[Vec3], sorted: &mut [u32]) {
-        let mut cell = std::mem::take(&mut self.cell);
-        cell.clear();
-        cell.extend(particles.iter().map(|&i| grid.cell_of(positions[i as usize])));
+    pub fn sort(
+        &mut self,
+        grid: &Grid,
+        particles: &[u32],
+        positions: &[Vec3],
+        sorted: &mut [u32],
+        team: Team<'_>,
+    ) {
+        self.cell.resize(particles.len(), 0);
+        team.evenly().fill(Rows::new(&mut self.cell), |range, cell| {
+            for (cell, &i) in cell.iter_mut().zip(&particles[range]) {
+                *cell = grid.cell_of(positions[i as usize]);
+            }
+        });
         self.start.fill(0);
-        for &cell in &cell {
+        for &cell in &self.cell {
             self.start[cell as usize + 1] += 1;
         }
         let mut sum = 0;
@@ -131,14 +142,13 @@ impl Cells {
             *start = sum;
         }
         // `start[c]` is now where cell c begins; it walks to where the next one begins while particles are dealt out.
-        for (&i, &cell) in particles.iter().zip(&cell) {
+        for (&i, &cell) in particles.iter().zip(&self.cell) {
             let next = &mut self.start[cell as usize];
             sorted[*next as usize] = i;
             *next += 1;
         }
         self.start.rotate_right(1);
         self.start[0] = 0;
-        self.cell = cell;
     }
 
     pub fn bytes(&self) -> usize {

@@ -15,9 +15,12 @@ mod slots;
 #[cfg(test)]
 mod tests;
 
-use crate::base::parallel::{Team, Workers};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::Relaxed;
+
+use crate::base::parallel::{Rows, Team, Workers};
 use crate::base::simd::LANES;
-use crate::base::vec3::{Vec3, dot, sub};
+use crate::base::vec3::{Vec3, ZERO, dot, sub};
 use crate::engine::columns::{Column, Visitor};
 use crate::engine::particles::Kind;
 use crate::engine::search::grid::{self, Buckets};
@@ -85,7 +88,7 @@ impl Clusters {
     /// Sorts walls and dummy walls, and makes the lists among them.
     fn build_static(&mut self, positions: &[Vec3], team: Team<'_>) {
         for section in [Section::DummyWall, Section::Wall] {
-            self.sort(section, positions);
+            self.sort(section, positions, team);
         }
         // Walls do not move towards one another.
         let Lengths { small_m, large_m, .. } = self.lengths;
@@ -98,7 +101,7 @@ impl Clusters {
         self.walls_sorted += 1;
     }
 
-    fn sort(&mut self, section: Section, positions: &[Vec3]) {
+    fn sort(&mut self, section: Section, positions: &[Vec3], team: Team<'_>) {
         let slots = self.slots.of(section);
         // Sorted from the particles' own order, so that the order does not depend on the one before.
         self.cells[section as usize].sort(
@@ -106,9 +109,10 @@ impl Clusters {
             &self.members[section as usize],
             positions,
             &mut self.slots.particle[slots],
+            team,
         );
         self.slots.renumber(section);
-        self.slots.gather(section, positions);
+        self.slots.gather(section, positions, team);
     }
 
     /// Whether the same particles are walls and dummy walls as when lists were made.
@@ -139,7 +143,7 @@ impl Clusters {
         if walls_too {
             self.build_static(positions, team);
         }
-        self.sort(Section::Mobile, positions);
+        self.sort(Section::Mobile, positions, team);
         let reach = self.reach();
         self.around_mobile.find(&self.slots, &self.grid, reach.large_m, team);
         for (lists, cells) in self.mobile.iter_mut().zip(&self.cells) {
@@ -147,14 +151,10 @@ impl Clusters {
         }
         self.crossed.find(&self.mobile[Section::Wall as usize], &self.slots);
         self.wall_mobile.build(&self.slots, Candidates::Crossed(&self.crossed), reach, team);
-        if anew {
-            self.built_at.clear();
-            self.built_at.extend_from_slice(positions);
-        } else {
-            for &i in &self.members[Section::Mobile as usize] {
-                self.built_at[i as usize] = positions[i as usize];
-            }
-        }
+        self.built_at.resize(positions.len(), ZERO);
+        team.evenly().fill(Rows::new(&mut self.built_at), |range, built_at| {
+            built_at.copy_from_slice(&positions[range]);
+        });
         self.moved_m = 0.0;
     }
 
@@ -197,13 +197,19 @@ impl Clusters {
     }
 
     /// The furthest that a particle of fluid or a body is from where the lists were made.
-    fn furthest(&self, positions: &[Vec3]) -> f64 {
-        let slots = &self.slots.particle[self.slots.of(Section::Mobile)];
+    fn furthest(&self, positions: &[Vec3], team: Team<'_>) -> f64 {
+        let mobile = &self.members[Section::Mobile as usize];
         let square = |&i: &u32| {
             let moved = sub(positions[i as usize], self.built_at[i as usize]);
             dot(moved, moved)
         };
-        slots.iter().map(square).fold(0.0, f64::max).sqrt()
+        // Of numbers that are not negative the bits are in the numbers' order.
+        let furthest = AtomicU64::new(0);
+        team.evenly().run(mobile.len(), |range| {
+            let of_range = mobile[range].iter().map(square).fold(0.0, f64::max);
+            furthest.fetch_max(of_range.to_bits(), Relaxed);
+        });
+        f64::from_bits(furthest.into_inner()).sqrt()
     }
 }
 
@@ -270,7 +276,7 @@ impl CandidateSearch for Clusters {
             && (same_kinds || self.walls_are_those_of(now.kind));
         self.built = self.generation;
         if walls_rest && same_kinds {
-            self.moved_m = self.furthest(now.position);
+            self.moved_m = self.furthest(now.position, team);
             if now.radius_m == self.lengths.large_m && self.called_for == f64::INFINITY {
                 self.called_for = 2.0 * self.moved_m / self.lengths.particle_distance_m;
                 if MORE * self.called_for <= MOST_SKIN {
@@ -278,7 +284,7 @@ impl CandidateSearch for Clusters {
                 }
             }
             if self.reaches(now.radius_m) {
-                self.slots.gather(Section::Mobile, now.position);
+                self.slots.gather(Section::Mobile, now.position, team);
                 return;
             }
         }

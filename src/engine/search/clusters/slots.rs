@@ -1,5 +1,6 @@
 //! Where particles stand in the order of clusters, and their positions in it.
 
+use crate::base::parallel::{Rows, Team};
 use crate::base::simd::LANES;
 use crate::base::vec3::Vec3;
 use crate::engine::search::NONE;
@@ -85,15 +86,27 @@ impl Slots {
     }
 
     /// Takes up the positions of a section.
-    pub fn gather(&mut self, section: Section, positions: &[Vec3]) {
-        for slot in self.of(section) {
-            let x = positions[self.particle[slot] as usize];
-            let lanes = &mut self.lanes[slot / LANES];
-            for d in 0..3 {
-                self.points[slot][d] = x[d];
-                lanes[d][slot % LANES] = x[d];
+    pub fn gather(&mut self, section: Section, positions: &[Vec3], team: Team<'_>) {
+        let clusters = self.clusters(section);
+        let slots = clusters.start * LANES..clusters.end * LANES;
+        let particle = &self.particle[slots.clone()];
+        let columns = (Rows::new(&mut self.lanes[clusters]), Rows::of_width(&mut self.points[slots], LANES));
+        team.evenly().fill(columns, |clusters, (lanes, points)| {
+            let particle = &particle[clusters.start * LANES..];
+            for ((lanes, points), particle) in
+                lanes.iter_mut().zip(points.chunks_mut(LANES)).zip(particle.chunks(LANES))
+            {
+                for (lane, (point, &particle)) in points.iter_mut().zip(particle).enumerate() {
+                    if particle != NONE {
+                        let x = positions[particle as usize];
+                        point[..3].copy_from_slice(&x);
+                        for d in 0..3 {
+                            lanes[d][lane] = x[d];
+                        }
+                    }
+                }
             }
-        }
+        });
     }
 
     /// The box around a cluster.
