@@ -3,6 +3,7 @@
 pub mod dispatch;
 pub mod files;
 pub mod input;
+pub mod large_pages;
 pub mod parallel;
 pub mod prefetch;
 pub mod schedule;

@@ -4,6 +4,7 @@
 //! write only the rows of their own range, so the result cannot depend on the schedule or on the number of threads.
 //! Its `unsafe` code is tested below against plain sequential loops.
 
+use std::marker::PhantomData;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::sync::Arc;
@@ -386,6 +387,38 @@ columns_of_several!(A, B, C);
 columns_of_several!(A, B, C, D);
 columns_of_several!(A, B, C, D, E);
 
+/// Columns of which the workers of a loop take rows, each as many as it turns out to need, one share behind the other. Who gets
+/// which rows depends on who comes first: only what does not depend on where it lies may be kept so.
+#[derive(Debug)]
+pub struct Shares<C: Columns> {
+    raw: C::Raw,
+    rows: usize,
+    wanted: AtomicUsize,
+    columns: PhantomData<fn() -> C>,
+}
+
+impl<C: Columns> Shares<C> {
+    pub fn new(columns: C) -> Self {
+        let rows = columns.rows();
+        assert!(rows != ABSENT, "only rows that are there can be taken");
+        Shares { raw: columns.into_raw(), rows, wanted: AtomicUsize::new(0), columns: PhantomData }
+    }
+
+    /// The next rows, and the first one's index; nothing where fewer are left.
+    pub fn take(&self, count: usize) -> Option<(usize, C::Part)> {
+        let first = self.wanted.fetch_add(count, Ordering::Relaxed);
+        let range = first..first + count;
+        // SAFETY: the counter only grows, so that no two ranges overlap; this one lies within the rows; and the borrows that
+        // `C` holds are alive as long as it is named in the type of `self`.
+        (range.end <= self.rows).then(|| (first, unsafe { C::part(self.raw, range) }))
+    }
+
+    /// How many rows were asked for, those that were not there among them.
+    pub fn wanted(&self) -> usize {
+        self.wanted.load(Ordering::Relaxed)
+    }
+}
+
 /// Lowest index at which something happened in a parallel loop: the same whichever thread came first.
 #[derive(Debug)]
 pub struct FirstIndex(AtomicUsize);
@@ -427,6 +460,26 @@ mod tests {
         .iter()
         .map(|name| name.parse().unwrap())
         .collect()
+    }
+
+    #[test]
+    fn shares_are_disjoint_and_say_how_much_was_wanted() {
+        let workers = Workers::new(3, "dynamic:1".parse().unwrap(), &[]).unwrap();
+        let (mut numbers, mut marks) = (vec![0usize; 100], vec![0u8; 100]);
+        let shares = Shares::new((Rows::new(&mut numbers), Rows::new(&mut marks)));
+        workers.scheduled().run(14, |range| {
+            for k in range {
+                if let Some((first, (numbers, marks))) = shares.take(k) {
+                    assert_eq!((numbers.len(), marks.len()), (k, k));
+                    numbers.iter_mut().enumerate().for_each(|(at, number)| *number += first + at + 1);
+                    marks.iter_mut().for_each(|mark| *mark += 1);
+                }
+            }
+        });
+        assert_eq!(shares.wanted(), (0..14).sum::<usize>());
+        assert!(numbers[..91].iter().enumerate().all(|(k, &number)| number == k + 1));
+        assert_eq!((&marks[..91], &marks[91..]), (&[1; 91][..], &[0; 9][..]));
+        assert_eq!(Shares::new(Rows::new(&mut marks)).take(101), None);
     }
 
     #[test]

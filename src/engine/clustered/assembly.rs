@@ -4,7 +4,8 @@
 use std::ops::Range;
 
 use super::density::Numbers;
-use super::matrix::{Block, Entries, Kept, Resting};
+use super::entries::{Entries, Kept};
+use super::matrix::{Block, Resting};
 use super::{from_lanes, load, walk};
 use crate::base::simd::{Kernel, LANES, Simd};
 use crate::engine::kernel;
@@ -60,7 +61,8 @@ pub(super) struct Assemble<'a, V> {
     pub first_slot: usize,
     /// Clusters, counted from that of row 0.
     pub rows: Range<usize>,
-    pub moving: &'a mut Block<V>,
+    pub entries: &'a mut Entries<V>,
+    pub moving: &'a mut Block,
     pub diagonal: &'a mut [Numbers],
 }
 
@@ -69,10 +71,20 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let Assemble { clusters, kernel, coefficient, start, unknown, first_slot, rows, moving, diagonal } =
-            self;
+        let Assemble {
+            clusters,
+            kernel,
+            coefficient,
+            start,
+            unknown,
+            first_slot,
+            rows,
+            entries,
+            moving,
+            diagonal,
+        } = self;
         let coefficients = Coefficients::new(s, kernel, coefficient);
-        let Block { entries, touching, resting_ends } = moving;
+        let Block { touching, resting_ends, .. } = moving;
         let of_walls = [&clusters.wall_mobile];
         let of_mobile = [&clusters.mobile[1], &clusters.mobile[2]];
         entries.clear();
@@ -153,7 +165,8 @@ fn append<S: Simd, V: Kept>(
         lanes[next] = wanted;
         let room = values[next_value..].first_chunk_mut().expect("there is room for eight values a column");
         V::pack(s, c, wanted, room);
-        next += usize::from(wanted != 0);
+        // A column that only lanes without an unknown are near stays, so that who has one does not change the order of sums.
+        next += usize::from(counts && bits != 0);
         next_value += wanted.count_ones() as usize;
     }
     entries.keep(end, next, next_value);

@@ -8,7 +8,8 @@
 //! Without a surface among walls alone, with walls that move or with steps of unequal length all walls stay in.
 
 use super::density::Numbers;
-use super::matrix::{ClusterMatrix, Kept};
+use super::entries::Kept;
+use super::matrix::ClusterMatrix;
 use super::rows::RowSpace;
 use crate::base::parallel::Workers;
 use crate::base::simd::LANES;

@@ -1,202 +1,28 @@
 //! The pressure's matrix as the lists are: of each cluster the columns, and for each column the lanes that have a value.
 //!
-//! A product broadcasts one number of the vector for a column's values and gathers nothing; `x` is zero in rows without an
-//! unknown, so that columns need no mask. Half the lanes have no value: only those that have are kept, behind a bit a lane,
-//! and dealt out to them in a register (the format SPC5 of Bramas & Kus, PeerJ Computer Science 4:e151, 2018). What resting walls are to one another is worked out once. Values are kept as
-//! `c_ij = -A_ij`, in `f32` by default; the diagonal is the sum of the kept values, so that a row's sum stays exact.
+//! A product broadcasts one number of the vector for a column's values, deals these out to their lanes in a register and gathers
+//! nothing; `x` is zero in rows without an unknown, so that columns need no mask. What resting walls are to one another is worked
+//! out once. Values are kept as `c_ij = -A_ij`, in `f32` by default; the diagonal is the sum of the kept values, so that a row's
+//! sum stays exact.
 
-use std::fmt::Debug;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::assembly::{Assemble, AssembleResting, Start};
 use super::density::Numbers;
+use super::entries::{End, Entries, Kept, Place, Run, Store};
 use super::rows::RowSpace;
 use crate::base::parallel::{Rows, Team};
 use crate::base::simd::{Kernel, LANES, Simd, dispatch};
 use crate::engine::kernel;
 use crate::engine::pressure::preconditioner::two_level::lanes::{LaneBoxes, LaneGather, RowBoxes};
 use crate::engine::pressure::system_matrix::{BLOCK, SystemMatrix};
-use crate::engine::pressure::values::Value;
 use crate::engine::search::NONE;
-use crate::engine::search::clusters::{Clusters, make_room};
+use crate::engine::search::clusters::Clusters;
 
 /// Clusters whose entries lie together: a block of rows.
 const TOGETHER: usize = BLOCK / LANES;
-
-/// A precision that values can be kept in.
-pub trait Kept: Value {
-    /// What is left of values that are kept.
-    fn kept<S: Simd>(s: S, values: S::F) -> S::F;
-    /// Keeps those of some lanes, one behind the other; what stands behind them is written over.
-    fn pack<S: Simd>(s: S, values: S::F, lanes: u8, to: &mut [Self; LANES]);
-    /// Those of some lanes, zero in the others.
-    fn unpack<S: Simd>(s: S, from: &[Self; LANES], lanes: u8) -> S::F;
-}
-
-impl Kept for f64 {
-    #[inline(always)]
-    fn kept<S: Simd>(_: S, values: S::F) -> S::F {
-        values
-    }
-
-    #[inline(always)]
-    fn pack<S: Simd>(s: S, values: S::F, lanes: u8, to: &mut [f64; LANES]) {
-        s.pack(values, lanes, to);
-    }
-
-    #[inline(always)]
-    fn unpack<S: Simd>(s: S, from: &[f64; LANES], lanes: u8) -> S::F {
-        s.expand(from, lanes)
-    }
-}
-
-impl Kept for f32 {
-    #[inline(always)]
-    fn kept<S: Simd>(s: S, values: S::F) -> S::F {
-        s.narrowed(values)
-    }
-
-    #[inline(always)]
-    fn pack<S: Simd>(s: S, values: S::F, lanes: u8, to: &mut [f32; LANES]) {
-        s.pack_narrow(values, lanes, to);
-    }
-
-    #[inline(always)]
-    fn unpack<S: Simd>(s: S, from: &[f32; LANES], lanes: u8) -> S::F {
-        s.expand_narrow(from, lanes)
-    }
-}
-
-/// The entries of some clusters.
-#[derive(Debug, Default)]
-pub(super) struct Entries<V> {
-    columns: Vec<u32>,
-    /// Of each column the lanes that have a value.
-    lanes: Vec<u8>,
-    /// The values of all lanes of all columns, and room for eight more.
-    values: Vec<V>,
-    ends: Vec<End>,
-}
-
-/// How far something reaches.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct End {
-    columns: u32,
-    values: u32,
-}
-
-/// Columns that follow one another, and their values.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Run<'a, V> {
-    pub columns: &'a [u32],
-    pub lanes: &'a [u8],
-    /// Those of the first column come first; what follows those of the last is not the run's.
-    values: &'a [V],
-}
-
-impl<'a, V: Kept> Run<'a, V> {
-    const NONE: Run<'static, V> = Run { columns: &[], lanes: &[], values: &[] };
-
-    /// Shows the columns in which a lane has a value.
-    fn for_each_in(self, lane: usize, mut visit: impl FnMut(u32, f64)) {
-        let mut next = 0;
-        for (&column, &lanes) in self.columns.iter().zip(self.lanes) {
-            if lanes >> lane & 1 == 1 {
-                let before = lanes & !(0xFF << lane);
-                visit(column, self.values[next + before.count_ones() as usize].widened());
-            }
-            next += lanes.count_ones() as usize;
-        }
-    }
-
-    /// Eight numbers from one on, of which the first are a column's values.
-    #[inline(always)]
-    fn values_from(self, first: usize) -> &'a [V; LANES] {
-        self.values[first..].first_chunk().expect("values have room for eight more behind them")
-    }
-}
-
-impl<V: Kept> Entries<V> {
-    pub fn clear(&mut self) {
-        self.columns.clear();
-        self.lanes.clear();
-        self.values.clear();
-        self.ends.clear();
-    }
-
-    /// Where what was appended last ends.
-    pub fn end(&self) -> End {
-        End { columns: self.columns.len() as u32, values: self.values.len().saturating_sub(LANES) as u32 }
-    }
-
-    /// Ends a cluster.
-    pub fn end_cluster(&mut self) {
-        self.ends.push(self.end());
-    }
-
-    /// Room for so many columns behind those that are there, their lanes and values.
-    #[inline(always)]
-    pub fn room_for(&mut self, columns: usize) -> (&mut [u32], &mut [u8], &mut [V]) {
-        let End { columns: start, values: start_of_values } = self.end();
-        let (start, start_of_values) = (start as usize, start_of_values as usize);
-        make_room(&mut self.columns, start + columns, 0);
-        make_room(&mut self.lanes, start + columns, 0);
-        make_room(&mut self.values, start_of_values + (columns + 1) * LANES, V::default());
-        (&mut self.columns[start..], &mut self.lanes[start..], &mut self.values[start_of_values..])
-    }
-
-    /// Keeps so many of the columns and values that were written where [`room_for`](Entries::room_for) made room after `end`.
-    #[inline(always)]
-    pub fn keep(&mut self, end: End, columns: usize, values: usize) {
-        self.columns.truncate(end.columns as usize + columns);
-        self.lanes.truncate(end.columns as usize + columns);
-        self.values.truncate(end.values as usize + values + LANES);
-    }
-
-    /// Those of the k-th cluster.
-    #[inline(always)]
-    pub fn of(&self, k: usize) -> Run<'_, V> {
-        self.up_to(k, self.ends[k])
-    }
-
-    /// How many values of the k-th cluster stand before `end`.
-    fn values_up_to(&self, k: usize, end: End) -> usize {
-        (end.values - self.start_of(k).values) as usize
-    }
-
-    #[inline(always)]
-    fn start_of(&self, k: usize) -> End {
-        if k == 0 { End::default() } else { self.ends[k - 1] }
-    }
-
-    /// Those of the k-th cluster that stand before `end`.
-    #[inline(always)]
-    pub fn up_to(&self, k: usize, end: End) -> Run<'_, V> {
-        let start = self.start_of(k);
-        let range = start.columns as usize..end.columns as usize;
-        Run {
-            columns: &self.columns[range.clone()],
-            lanes: &self.lanes[range],
-            values: &self.values[start.values as usize..],
-        }
-    }
-
-    /// Where the k-th cluster ends.
-    pub fn end_of(&self, k: usize) -> End {
-        self.ends[k]
-    }
-
-    /// The columns from one place to another.
-    pub fn columns_between(&self, from: End, to: End) -> &[u32] {
-        &self.columns[from.columns as usize..to.columns as usize]
-    }
-
-    fn bytes(&self) -> usize {
-        self.columns.capacity() * size_of::<u32>()
-            + self.lanes.capacity()
-            + self.values.capacity() * size_of::<V>()
-            + self.ends.capacity() * size_of::<End>()
-    }
-}
 
 /// What one block of rows of walls is to resting walls. Columns that have an unknown without any fluid stand first: a dry
 /// wall's others have none, and its rows end before them.
@@ -211,12 +37,27 @@ pub(super) struct Resting<V> {
 
 /// What is worked out of one block of rows.
 #[derive(Debug, Default)]
-pub(super) struct Block<V> {
-    pub entries: Entries<V>,
+pub(super) struct Block {
+    /// Where its entries begin among those of all blocks, and where each cluster's end.
+    place: Place,
+    ends: Vec<End>,
     /// Of each cluster the lanes that lie within reach of the surface.
     pub touching: Vec<u8>,
     /// Of each cluster of walls where its columns among resting walls end.
     pub resting_ends: Vec<End>,
+}
+
+/// What a panic while it was held left there is of no use, and no harm.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Block {
+    /// Where the k-th cluster begins.
+    #[inline(always)]
+    fn start_of(&self, k: usize) -> End {
+        if k == 0 { End::default() } else { self.ends[k - 1] }
+    }
 }
 
 #[derive(Debug)]
@@ -230,8 +71,11 @@ pub struct ClusterMatrix<V> {
     resting: Vec<Resting<V>>,
     resting_diagonal: Vec<Numbers>,
     walls_sorted: usize,
-    /// All others, by block.
-    moving: Vec<Block<V>>,
+    /// All others, by block, and their entries.
+    moving: Vec<Block>,
+    store: Store<V>,
+    /// Where entries are worked out; lent to the workers.
+    spare: Mutex<Vec<Entries<V>>>,
     diagonal: Vec<Numbers>,
     /// Bit k: whether lane k has an unknown pressure; by cluster.
     pub unknown: Vec<u8>,
@@ -248,6 +92,8 @@ impl<V: Kept> ClusterMatrix<V> {
             resting_diagonal: Vec::new(),
             walls_sorted: 0,
             moving: Vec::new(),
+            store: Store::default(),
+            spare: Mutex::default(),
             diagonal: Vec::new(),
             unknown: Vec::new(),
         }
@@ -267,14 +113,38 @@ impl<V: Kept> ClusterMatrix<V> {
     /// Takes up the rows that `unknown` says; `compressibility` is `alpha / dt^2`.
     pub fn assemble(&mut self, clusters: &Clusters, rows: &RowSpace, compressibility: f64, team: Team<'_>) {
         (self.first_slot, self.rows) = (rows.first_slot(), rows.rows());
+        self.diagonal.resize(rows.clusters(), [1.0; LANES]);
+        self.moving.resize_with(rows.clusters().div_ceil(TOGETHER), Block::default);
+        while let Err(wanted) = self.assemble_into_store(clusters, rows, compressibility, team) {
+            self.store.make_room(wanted);
+        }
+    }
+
+    /// The same as far as there is room for entries; tells how much is wanted where there is less.
+    fn assemble_into_store(
+        &mut self,
+        clusters: &Clusters,
+        rows: &RowSpace,
+        compressibility: f64,
+        team: Team<'_>,
+    ) -> Result<(), Place> {
         let ClusterMatrix {
-            kernel, coefficient, resting, resting_diagonal, moving, diagonal, unknown, ..
+            kernel,
+            coefficient,
+            resting,
+            resting_diagonal,
+            moving,
+            store,
+            spare,
+            diagonal,
+            unknown,
+            ..
         } = self;
-        diagonal.resize(rows.clusters(), [1.0; LANES]);
-        moving.resize_with(rows.clusters().div_ceil(TOGETHER), Block::default);
+        let (shares, full) = (store.shares(), AtomicBool::new(false));
         let (walls, first_slot) = (rows.walls().len(), rows.first_slot());
         let columns = (Rows::new(moving), Rows::of_width(diagonal, TOGETHER));
         team.fill(columns, |blocks, (moving, diagonal)| {
+            let mut entries = lock(spare).pop().unwrap_or_default();
             let all = blocks.zip(moving).zip(diagonal.chunks_mut(TOGETHER));
             for ((block, moving), diagonal) in all {
                 let rows = block * TOGETHER..block * TOGETHER + diagonal.len();
@@ -288,11 +158,20 @@ impl<V: Kept> ClusterMatrix<V> {
                     unknown,
                     first_slot,
                     rows,
+                    entries: &mut entries,
                     moving,
                     diagonal,
                 });
+                moving.ends.clear();
+                moving.ends.extend_from_slice(entries.ends());
+                match shares.take_up(&entries) {
+                    Some(place) => moving.place = place,
+                    None => full.store(true, Relaxed),
+                }
             }
+            lock(spare).push(entries);
         });
+        if full.into_inner() { Err(shares.wanted()) } else { Ok(()) }
     }
 
     fn assemble_resting(&mut self, clusters: &Clusters, rows: &RowSpace, always: &[u8], team: Team<'_>) {
@@ -356,12 +235,12 @@ impl<V: Kept> ClusterMatrix<V> {
     #[inline(always)]
     pub(super) fn entries(&self, cluster: usize) -> [Run<'_, V>; 2] {
         let (block, k) = (cluster / TOGETHER, cluster % TOGETHER);
-        let Block { entries, resting_ends, .. } = &self.moving[block];
-        let resting = match resting_ends.get(k) {
+        let moving = &self.moving[block];
+        let resting = match moving.resting_ends.get(k) {
             Some(&end) => self.resting[block].entries.up_to(k, end),
             None => Run::NONE,
         };
-        [resting, entries.of(k)]
+        [resting, self.store.run(moving.place, moving.start_of(k), moving.ends[k])]
     }
 
     /// Values beside the diagonal that a product goes through.
@@ -369,9 +248,9 @@ impl<V: Kept> ClusterMatrix<V> {
         let with_unknowns = (0..self.unknown.len()).filter(|&cluster| self.unknown[cluster] != 0);
         let of_cluster = |cluster: usize| {
             let (block, k) = (cluster / TOGETHER, cluster % TOGETHER);
-            let Block { entries, resting_ends, .. } = &self.moving[block];
-            let resting = |&end| self.resting[block].entries.values_up_to(k, end);
-            resting_ends.get(k).map_or(0, resting) + entries.values_up_to(k, entries.end_of(k))
+            let moving = &self.moving[block];
+            let resting = |&end: &End| end.values_after(self.resting[block].entries.start_of(k));
+            moving.resting_ends.get(k).map_or(0, resting) + moving.ends[k].values_after(moving.start_of(k))
         };
         with_unknowns.map(of_cluster).sum()
     }
@@ -380,11 +259,13 @@ impl<V: Kept> ClusterMatrix<V> {
         let resting = |r: &Resting<V>| {
             r.entries.bytes() + r.always.capacity() * size_of::<End>() + r.touching.capacity()
         };
-        let moving = |b: &Block<V>| {
-            b.entries.bytes() + b.touching.capacity() + b.resting_ends.capacity() * size_of::<End>()
+        let moving = |b: &Block| {
+            b.touching.capacity() + (b.ends.capacity() + b.resting_ends.capacity()) * size_of::<End>()
         };
         self.resting.iter().map(resting).sum::<usize>()
             + self.moving.iter().map(moving).sum::<usize>()
+            + self.store.bytes()
+            + lock(&self.spare).iter().map(Entries::bytes).sum::<usize>()
             + (self.resting_diagonal.capacity() + self.diagonal.capacity()) * size_of::<Numbers>()
             + self.unknown.capacity()
     }

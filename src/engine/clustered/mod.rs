@@ -8,6 +8,7 @@ mod assembly;
 pub mod collision;
 mod density;
 mod dry_walls;
+mod entries;
 mod gradient;
 mod matrix;
 pub mod pressure;

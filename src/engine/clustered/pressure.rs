@@ -2,8 +2,9 @@
 
 use super::density::{ClusterDensity, Numbers};
 use super::dry_walls::DryWalls;
+use super::entries::Kept;
 use super::gradient::Gradient;
-use super::matrix::{ClusterMatrix, Kept};
+use super::matrix::ClusterMatrix;
 use super::reached::Reached;
 use super::rows::RowSpace;
 use super::{PIECE, lane, scatter};

@@ -4,7 +4,8 @@
 use std::sync::atomic::AtomicU8;
 use std::sync::atomic::Ordering::Relaxed;
 
-use super::matrix::{ClusterMatrix, Kept};
+use super::entries::Kept;
+use super::matrix::ClusterMatrix;
 use crate::base::parallel::{Rows, Team};
 use crate::base::simd::LANES;
 
