@@ -7,8 +7,8 @@
 use std::marker::PhantomData;
 use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
@@ -416,6 +416,31 @@ impl<C: Columns> Shares<C> {
     /// How many rows were asked for, those that were not there among them.
     pub fn wanted(&self) -> usize {
         self.wanted.load(Ordering::Relaxed)
+    }
+}
+
+/// What the workers of loops borrow for a while, kept from loop to loop: as many as were ever lent at once.
+#[derive(Debug, Default)]
+pub struct Spares<T>(Mutex<Vec<T>>);
+
+impl<T: Default> Spares<T> {
+    /// One that was given back, or a new one.
+    pub fn borrow(&self) -> T {
+        self.all().pop().unwrap_or_default()
+    }
+
+    pub fn give_back(&self, spare: T) {
+        self.all().push(spare);
+    }
+
+    /// Bytes of those that nobody has borrowed.
+    pub fn bytes(&self, of: impl Fn(&T) -> usize) -> usize {
+        self.all().iter().map(of).sum()
+    }
+
+    /// A worker that panicked while it held the list left a list.
+    fn all(&self) -> MutexGuard<'_, Vec<T>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -7,13 +7,12 @@
 
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::assembly::{Assemble, AssembleResting, Start};
 use super::density::Numbers;
 use super::entries::{End, Entries, Kept, Place, Run, Store};
 use super::rows::RowSpace;
-use crate::base::parallel::{Rows, Team};
+use crate::base::parallel::{Rows, Spares, Team};
 use crate::base::simd::{Kernel, LANES, Simd, dispatch};
 use crate::engine::kernel;
 use crate::engine::pressure::preconditioner::two_level::lanes::{LaneBoxes, LaneGather, RowBoxes};
@@ -47,11 +46,6 @@ pub(super) struct Block {
     pub resting_ends: Vec<End>,
 }
 
-/// What a panic while it was held left there is of no use, and no harm.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Block {
     /// Where the k-th cluster begins.
     #[inline(always)]
@@ -75,7 +69,7 @@ pub struct ClusterMatrix<V> {
     moving: Vec<Block>,
     store: Store<V>,
     /// Where entries are worked out; lent to the workers.
-    spare: Mutex<Vec<Entries<V>>>,
+    spare: Spares<Entries<V>>,
     diagonal: Vec<Numbers>,
     /// Bit k: whether lane k has an unknown pressure; by cluster.
     pub unknown: Vec<u8>,
@@ -93,7 +87,7 @@ impl<V: Kept> ClusterMatrix<V> {
             walls_sorted: 0,
             moving: Vec::new(),
             store: Store::default(),
-            spare: Mutex::default(),
+            spare: Spares::default(),
             diagonal: Vec::new(),
             unknown: Vec::new(),
         }
@@ -144,7 +138,7 @@ impl<V: Kept> ClusterMatrix<V> {
         let (walls, first_slot) = (rows.walls().len(), rows.first_slot());
         let columns = (Rows::new(moving), Rows::of_width(diagonal, TOGETHER));
         team.fill(columns, |blocks, (moving, diagonal)| {
-            let mut entries = lock(spare).pop().unwrap_or_default();
+            let mut entries = spare.borrow();
             let all = blocks.zip(moving).zip(diagonal.chunks_mut(TOGETHER));
             for ((block, moving), diagonal) in all {
                 let rows = block * TOGETHER..block * TOGETHER + diagonal.len();
@@ -169,7 +163,7 @@ impl<V: Kept> ClusterMatrix<V> {
                     None => full.store(true, Relaxed),
                 }
             }
-            lock(spare).push(entries);
+            spare.give_back(entries);
         });
         if full.into_inner() { Err(shares.wanted()) } else { Ok(()) }
     }
@@ -265,7 +259,7 @@ impl<V: Kept> ClusterMatrix<V> {
         self.resting.iter().map(resting).sum::<usize>()
             + self.moving.iter().map(moving).sum::<usize>()
             + self.store.bytes()
-            + lock(&self.spare).iter().map(Entries::bytes).sum::<usize>()
+            + self.spare.bytes(Entries::bytes)
             + (self.resting_diagonal.capacity() + self.diagonal.capacity()) * size_of::<Numbers>()
             + self.unknown.capacity()
     }

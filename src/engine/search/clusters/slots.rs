@@ -1,5 +1,6 @@
 //! Where particles stand in the order of clusters, and their positions in it.
 
+use crate::base::large_pages::with_large_pages;
 use crate::base::parallel::{Rows, Team};
 use crate::base::simd::LANES;
 use crate::base::vec3::Vec3;
@@ -66,6 +67,11 @@ impl Slots {
         }
         self.of_particle.resize(particles, NONE);
         self.particle.resize(next, NONE);
+        if self.points.capacity() < next {
+            let mut points = with_large_pages(next);
+            points.extend_from_slice(&self.points);
+            self.points = points;
+        }
         self.points.resize(next, [FAR, FAR, FAR, 0.0]);
         self.lanes.resize(next / LANES, [[FAR; LANES]; 3]);
     }

@@ -3,8 +3,13 @@
 //!
 //! The values of a row's own box hold its diagonal. All are `f32`: they belong to a preconditioner.
 
-use super::gather::{PLACES, place_of};
-use crate::base::parallel::{Rows, Team};
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
+
+use super::gather::{PLACES, corner_of, place_of};
+use crate::base::large_pages::with_large_pages;
+use crate::base::parallel::{Rows, Shares, Spares, Team};
 use crate::base::simd::{Kernel, LANES, Simd, dispatch};
 use crate::engine::pressure::system_matrix::BLOCK;
 use crate::engine::search::NONE;
@@ -21,18 +26,29 @@ pub struct RowBoxes<'a> {
     pub key: &'a [u64],
 }
 
+/// Where the boxes of a block's first group begin, and where those of each group end, counted from there.
 #[derive(Debug, Default)]
 struct Block {
-    boxes: Vec<u32>,
-    values: Vec<[f32; LANES]>,
+    first: usize,
     ends: Vec<u32>,
-    /// Lent to the gathering.
-    far: Vec<(u32, [f64; LANES])>,
 }
 
 #[derive(Debug, Default)]
 pub struct LaneBoxes {
     blocks: Vec<Block>,
+    /// Of all blocks; gone through in every iteration of the solver, and in large pages for it.
+    boxes: Vec<u32>,
+    values: Vec<[f32; LANES]>,
+    /// Where blocks are worked out; lent to the workers.
+    spare: Spares<Box<Gathering>>,
+}
+
+/// A block of rows that is being worked out.
+#[derive(Debug)]
+struct Gathering {
+    gather: LaneGather,
+    boxes: Vec<u32>,
+    values: Vec<[f32; LANES]>,
 }
 
 /// Adds the columns of one group of rows up by box.
@@ -54,6 +70,24 @@ impl LaneGather {
             sums: [[0.0; LANES]; PLACES],
             far: Vec::new(),
         }
+    }
+
+    /// Begins a group of rows around the box with that key.
+    fn begin(&mut self, home: u64) {
+        self.corner = corner_of(home);
+        self.taken = 0;
+        self.far.clear();
+    }
+
+    /// Shows the boxes that were met and their sums.
+    fn for_each_sum(&self, mut visit: impl FnMut(u32, &[f64; LANES])) {
+        let mut left = self.taken;
+        while left != 0 {
+            let place = left.trailing_zeros() as usize;
+            left &= left - 1;
+            visit(self.boxes[place], &self.sums[place]);
+        }
+        self.far.iter().for_each(|(of, sum)| visit(*of, sum));
     }
 
     /// Where the values of a box add up.
@@ -91,50 +125,55 @@ impl LaneBoxes {
         team: Team<'_>,
         add: impl Fn(usize, &mut LaneGather) + Sync,
     ) {
-        let groups = rows / LANES;
-        self.blocks.resize_with(groups.div_ceil(GROUPS), Block::default);
-        team.fill(Rows::new(&mut self.blocks), |range, blocks| {
-            let mut gather = LaneGather::new();
-            for (block, Block { boxes: names, values, ends, far }) in range.zip(blocks) {
-                gather.far = std::mem::take(far);
-                names.clear();
-                values.clear();
-                ends.clear();
-                for group in block * GROUPS..groups.min((block + 1) * GROUPS) {
-                    let rows = group * LANES..(group + 1) * LANES;
-                    if let Some(first) = rows.clone().find(|&row| boxes.of[row] != NONE) {
-                        gather.corner = super::gather::corner_of(boxes.key[first]);
-                        gather.taken = 0;
-                        gather.far.clear();
-                        add(group, &mut gather);
-                        let counts: [f64; LANES] = std::array::from_fn(|lane| {
-                            f64::from(u8::from(boxes.of[rows.start + lane] != NONE))
-                        });
-                        let mut keep = |of: u32, sum: &[f64; LANES]| {
-                            names.push(of);
-                            values.push(std::array::from_fn(|lane| (sum[lane] * counts[lane]) as f32));
-                        };
-                        let mut left = gather.taken;
-                        while left != 0 {
-                            let place = left.trailing_zeros() as usize;
-                            left &= left - 1;
-                            keep(gather.boxes[place], &gather.sums[place]);
-                        }
-                        gather.far.iter().for_each(|(of, sum)| keep(*of, sum));
+        self.blocks.resize_with(rows.div_ceil(BLOCK), Block::default);
+        while let Err(wanted) = self.take_up_into_room(rows, boxes, team, &add) {
+            let room = wanted + wanted / 8;
+            (self.boxes, self.values) = (with_large_pages(room), with_large_pages(room));
+            self.boxes.resize(room, 0);
+            self.values.resize(room, [0.0; LANES]);
+        }
+    }
+
+    /// The same as far as there is room; tells how many boxes of groups there are where there is less.
+    fn take_up_into_room(
+        &mut self,
+        rows: usize,
+        of_rows: RowBoxes<'_>,
+        team: Team<'_>,
+        add: &(impl Fn(usize, &mut LaneGather) + Sync),
+    ) -> Result<(), usize> {
+        let LaneBoxes { blocks, boxes, values, spare } = self;
+        let (shares, full) = (Shares::new((Rows::new(boxes), Rows::new(values))), AtomicBool::new(false));
+        team.fill(Rows::new(blocks), |range, blocks| {
+            let mut gathering = spare.borrow();
+            for (block, Block { first, ends }) in range.zip(blocks) {
+                gathering.take_up(
+                    block * GROUPS..(rows / LANES).min((block + 1) * GROUPS),
+                    of_rows,
+                    ends,
+                    add,
+                );
+                match shares.take(gathering.boxes.len()) {
+                    Some((place, (boxes, values))) => {
+                        *first = place;
+                        boxes.copy_from_slice(&gathering.boxes);
+                        values.copy_from_slice(&gathering.values);
                     }
-                    ends.push(names.len() as u32);
+                    None => full.store(true, Relaxed),
                 }
-                *far = std::mem::take(&mut gather.far);
             }
+            spare.give_back(gathering);
         });
+        if full.into_inner() { Err(shares.wanted()) } else { Ok(()) }
     }
 
     /// The boxes of a group of rows, and the values of all its rows.
     fn of(&self, group: usize) -> (&[u32], &[[f32; LANES]]) {
-        let Block { boxes, values, ends, .. } = &self.blocks[group / GROUPS];
+        let Block { first, ends } = &self.blocks[group / GROUPS];
         let k = group % GROUPS;
-        let range = if k == 0 { 0 } else { ends[k - 1] as usize }..ends[k] as usize;
-        (&boxes[range.clone()], &values[range])
+        let start = if k == 0 { 0 } else { ends[k - 1] as usize };
+        let range = first + start..first + ends[k] as usize;
+        (&self.boxes[range.clone()], &self.values[range])
     }
 
     /// Shows the boxes of some rows, ascending, and their values, those of rows in one group added up.
@@ -157,11 +196,46 @@ impl LaneBoxes {
     }
 
     pub fn bytes(&self) -> usize {
-        let bytes = |block: &Block| {
-            (block.boxes.capacity() + block.ends.capacity()) * size_of::<u32>()
-                + block.values.capacity() * size_of::<[f32; LANES]>()
-        };
-        self.blocks.iter().map(bytes).sum()
+        let values = size_of::<u32>() + size_of::<[f32; LANES]>();
+        let ends = |block: &Block| block.ends.capacity() * size_of::<u32>();
+        let spare = |spare: &Box<Gathering>| size_of::<Gathering>() + spare.boxes.capacity() * values;
+        self.boxes.capacity() * values + self.blocks.iter().map(ends).sum::<usize>() + self.spare.bytes(spare)
+    }
+}
+
+impl Default for Gathering {
+    fn default() -> Self {
+        Gathering { gather: LaneGather::new(), boxes: Vec::new(), values: Vec::new() }
+    }
+}
+
+impl Gathering {
+    /// Adds up some groups of rows; `ends` becomes where the boxes of each end.
+    fn take_up(
+        &mut self,
+        groups: Range<usize>,
+        of_rows: RowBoxes<'_>,
+        ends: &mut Vec<u32>,
+        add: &impl Fn(usize, &mut LaneGather),
+    ) {
+        let Gathering { gather, boxes, values } = self;
+        boxes.clear();
+        values.clear();
+        ends.clear();
+        for group in groups {
+            let rows = group * LANES..(group + 1) * LANES;
+            if let Some(first) = rows.clone().find(|&row| of_rows.of[row] != NONE) {
+                gather.begin(of_rows.key[first]);
+                add(group, gather);
+                let counts: [f64; LANES] =
+                    std::array::from_fn(|lane| f64::from(u8::from(of_rows.of[rows.start + lane] != NONE)));
+                gather.for_each_sum(|of, sum| {
+                    boxes.push(of);
+                    values.push(std::array::from_fn(|lane| (sum[lane] * counts[lane]) as f32));
+                });
+            }
+            ends.push(boxes.len() as u32);
+        }
     }
 }
 
