@@ -8,7 +8,7 @@ use super::matrix::{Block, Entries, Kept, Resting};
 use super::{from_lanes, load, walk};
 use crate::base::simd::{Kernel, LANES, Simd};
 use crate::engine::kernel;
-use crate::engine::search::clusters::{Clusters, Lists, make_room};
+use crate::engine::search::clusters::{Clusters, Lists, make_room, with_pressure};
 
 /// `c_ij` of all lanes, and where it is not zero.
 #[derive(Clone, Copy)]
@@ -73,8 +73,7 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
             self;
         let coefficients = Coefficients::new(s, kernel, coefficient);
         let Block { entries, touching, resting_ends } = moving;
-        let of_walls = [&clusters.wall_mobile];
-        let of_mobile = [&clusters.mobile[1], &clusters.mobile[2]];
+        let (of_walls, of_mobile) = (&clusters.wall_mobile[..], with_pressure(&clusters.mobile));
         entries.clear();
         touching.clear();
         resting_ends.clear();
@@ -90,26 +89,15 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
             }
             if unknown[row] != 0 {
                 let cluster = row + first_slot / LANES;
-                let mut sum = s.splat(start.compressibility);
+                let sum = s.splat(start.compressibility);
                 let (resting, lists) = match row < start.walls {
-                    true => (s.load(&start.resting_diagonal[row]), &of_walls[..]),
-                    false => (s.splat(0.0), &of_mobile[..]),
+                    true => (s.load(&start.resting_diagonal[row]), of_walls),
+                    false => (s.splat(0.0), of_mobile),
                 };
-                for lists in lists {
-                    let more = append(
-                        s,
-                        coefficients,
-                        clusters,
-                        lists,
-                        cluster,
-                        first_slot,
-                        unknown,
-                        entries,
-                        &mut touch,
-                    );
-                    sum = s.add(sum, more);
-                }
-                sum = s.add(sum, resting);
+                let rows = (cluster, first_slot);
+                let sum =
+                    append_all(s, coefficients, clusters, lists, rows, unknown, entries, &mut touch, sum);
+                let sum = s.add(sum, resting);
                 s.store(s.select(s.mask(unknown[row]), sum, s.splat(1.0)), diagonal);
             }
             touching.push(touch);
@@ -118,17 +106,42 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
     }
 }
 
-/// Appends the columns of a list that have unknowns; returns the sum of all kept values, and notes in `touch` which lanes are
-/// near a particle without.
+/// Appends the columns of several lists of a cluster, as [`append`] does; returns `sum` and that of all kept values.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "an inner loop of one kernel")]
-fn append<S: Simd, V: Kept>(
+fn append_all<S: Simd, V: Kept>(
+    s: S,
+    coefficients: Coefficients<S>,
+    clusters: &Clusters,
+    lists: &[Lists],
+    (cluster, first_slot): (usize, usize),
+    unknown: &[u8],
+    entries: &mut Entries<V>,
+    touch: &mut u8,
+    mut sum: S::F,
+) -> S::F {
+    for lists in lists {
+        let rows = (cluster, first_slot);
+        let more = if lists.over().are_images() {
+            append::<S, V, true>(s, coefficients, clusters, lists, rows, unknown, entries, touch)
+        } else {
+            append::<S, V, false>(s, coefficients, clusters, lists, rows, unknown, entries, touch)
+        };
+        sum = s.add(sum, more);
+    }
+    sum
+}
+
+/// Appends the columns of a list that have unknowns; returns the sum of all kept values, and notes in `touch` which lanes are
+/// near a particle without. The column of an image is that of its particle, which a row may thus have twice.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "an inner loop of one kernel")]
+fn append<S: Simd, V: Kept, const IMAGES: bool>(
     s: S,
     coefficients: Coefficients<S>,
     clusters: &Clusters,
     lists: &Lists,
-    cluster: usize,
-    first_slot: usize,
+    (cluster, first_slot): (usize, usize),
     unknown: &[u8],
     entries: &mut Entries<V>,
     touch: &mut u8,
@@ -146,7 +159,7 @@ fn append<S: Simd, V: Kept>(
         let kept = &mut entries.values[next];
         V::keep(s, c, kept);
         sum = s.add(sum, V::load(s, kept));
-        let column = j - first_slot;
+        let column = if IMAGES { clusters.slots.home(j) } else { j } - first_slot;
         entries.columns[next] = column as u32;
         let (lanes, counts) = (s.bits(within), unknown[column / LANES] >> (column % LANES) & 1);
         *touch |= if counts == 1 { 0 } else { lanes };
@@ -200,12 +213,12 @@ impl<V: Kept> Kernel for AssembleResting<'_, V> {
         always_end.clear();
         touching.clear();
         for (cluster, diagonal) in pieces.zip(diagonal) {
-            let (lists, mut touch) = (&clusters.wall[1], 0);
-            let sum =
-                append(s, coefficients, clusters, lists, cluster, first_slot, always, entries, &mut touch);
+            let (lists, rows, mut touch) = (with_pressure(&clusters.wall), (cluster, first_slot), 0);
+            let none = s.splat(0.0);
+            let sum = append_all(s, coefficients, clusters, lists, rows, always, entries, &mut touch, none);
             always_end.push(entries.columns.len() as u32);
             touching.push(touch);
-            append(s, coefficients, clusters, lists, cluster, first_slot, others, entries, &mut 0);
+            append_all(s, coefficients, clusters, lists, rows, others, entries, &mut 0, none);
             s.store(sum, diagonal);
             entries.end();
         }

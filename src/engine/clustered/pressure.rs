@@ -133,7 +133,7 @@ impl<V: Kept> ClusterPressure<V> {
             dry_walls.leave_out(&state.candidates, &self.rows, unknown);
         }
         let unknown = &self.matrix.unknown;
-        let particles = &state.candidates.slots.particle[self.rows.first_slot()..];
+        let particles = &state.candidates.slots.particle[self.rows.slots()];
         self.particle_of.clear();
         self.particle_of.extend(particles.iter().enumerate().map(|(row, &particle)| {
             if unknown[row / LANES] >> (row % LANES) & 1 == 1 { particle } else { NONE }
@@ -211,9 +211,10 @@ impl<V: Kept> ClusterPressure<V> {
         let (solution, first) = (self.solver.solution(), self.rows.first_slot());
         let known = |row| self.dry_walls.as_ref().and_then(|dry_walls| dry_walls.pressure(row));
         let pressure = |row: usize| known(row).unwrap_or(solution[row]).max(0.0);
-        for (row, point) in state.candidates.slots.points[first..].iter_mut().enumerate() {
+        for (row, point) in state.candidates.slots.points[self.rows.slots()].iter_mut().enumerate() {
             point[3] = pressure(row);
         }
+        state.candidates.slots.show_pressures_to_images();
         let team = state.workers.scheduled();
         scatter(&mut state.particles.pressure, &state.candidates.slots, first, team, |_, slot, p| {
             *p = pressure(slot - first);
