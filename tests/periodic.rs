@@ -8,6 +8,7 @@ use repro::engine::columns::SavedState;
 use repro::engine::effects::collision::Collision;
 use repro::engine::effects::gravity::Gravity;
 use repro::engine::effects::viscosity::Viscosity;
+use repro::engine::effects::wall_motion::{Motion, WallMotion};
 use repro::engine::kernel::Dimensions;
 use repro::engine::parameters::{Domain, Effects, Parameters, Radii};
 use repro::engine::particles::{InitialParticle, Kind};
@@ -207,6 +208,12 @@ impl Channel {
     }
 }
 
+fn closely(preset: Preset) -> Options {
+    let mut options = Options { matrix_values: MatrixValues::F64, ..preset.options() };
+    options.cg.tolerance = 1e-13;
+    options
+}
+
 fn state(simulation: &mut dyn Simulation) -> SavedState {
     let mut state = SavedState::default();
     state.keep(|visitor| simulation.visit(visitor));
@@ -216,11 +223,6 @@ fn state(simulation: &mut dyn Simulation) -> SavedState {
 #[test]
 fn clusters_see_what_lies_across_the_ends() {
     for channel in CHANNELS {
-        let closely = |preset: Preset| {
-            let mut options = Options { matrix_values: MatrixValues::F64, ..preset.options() };
-            options.cg.tolerance = 1e-13;
-            options
-        };
         let (expected, report) = channel.after(&closely(Preset::GENERAL), 2);
         let mut same = closely(Preset::FAST_ALL_WALLS);
         same.cg.preconditioner = Preconditioning::None;
@@ -245,6 +247,41 @@ fn clusters_see_what_lies_across_the_ends() {
         );
         let met = ends.velocity[start.len() - 3][0];
         assert!(met > start[start.len() - 3].velocity[0] + 0.5, "{met} m/s after those above the water met");
+    }
+}
+
+/// Walls come in again at the other end as well.
+#[test]
+fn clusters_see_walls_that_cross_the_ends() {
+    for channel in [CHANNELS[1], CHANNELS[2]] {
+        let (mut parameters, mut particles) = (channel.parameters(), channel.particles());
+        let motion = Motion::Oscillation {
+            amplitude_m: [0.15, 0.0, 0.0],
+            frequency_hz: 15.0,
+            phase_rad: 0.0,
+            ramp_s: 0.0,
+        };
+        parameters.groups = ["water", "floor"].map(String::from).to_vec();
+        parameters.effects.wall_motion = Some(WallMotion { by_group: vec![None, Some(motion)] });
+        for particle in &mut particles {
+            particle.group = u8::from(particle.kind != Kind::Fluid);
+        }
+        let ends = [Preset::GENERAL, Preset::FAST].map(|preset| {
+            let workers = Arc::new(Workers::new(2, Schedule::Static, &[]).unwrap());
+            let start = Start { particles: &particles, steps_done: 0 };
+            let mut simulation = simulation::build(&parameters, &closely(preset), start, workers).unwrap();
+            for _ in 0..STEPS {
+                simulation.step(&mut NoProbe).unwrap();
+            }
+            simulation
+        });
+        let apart = channel.farthest(&*ends[0], &*ends[1]);
+        let came_in =
+            |(p, x): (&InitialParticle, &[f64; 3])| p.kind == Kind::Wall && x[0] < p.position[0] - L0;
+        let came_in =
+            particles.iter().zip(&ends[0].particles().position).filter(|&pair| came_in(pair)).count();
+        println!("{channel:?}: {apart:e} m, {came_in} walls came in again");
+        assert!(apart <= TWO_LEVELS_M && came_in > 0, "{apart:e} {came_in}");
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::engine::parameters::Domain;
+use crate::engine::search::{Neighborhood, SquaredFirst};
 
 const L0: f64 = 0.05;
 const LENGTHS: Lengths = Lengths { particle_distance_m: L0, small_m: 2.1 * L0, large_m: 3.1 * L0 };
@@ -196,11 +197,7 @@ fn who_crosses_an_end_keeps_its_lists() {
         take_up(&mut clusters, &buckets, &kind, &position, &workers);
         assert!(clusters.generation == 1 && crossed > 5, "{} {crossed}", clusters.generation);
         let there = Section::HOMES.map(|section| everyone(&domain, &kind, &position, section)).concat();
-        let near = crate::engine::search::Neighborhood {
-            candidates: &clusters,
-            buckets: &buckets,
-            positions: &position,
-        };
+        let near = Neighborhood { candidates: &clusters, buckets: &buckets, positions: &position };
         for i in (0..kind.len()).filter(|&i| kind[i] != Kind::Ghost) {
             let within = |r: Vec3| dot(r, r) < LENGTHS.large_m * LENGTHS.large_m;
             let mut expected: Vec<_> = there
@@ -210,7 +207,7 @@ fn who_crosses_an_end_keeps_its_lists() {
                 .map(|(j, r)| named(j, r))
                 .collect();
             let mut found = Vec::new();
-            near.for_each_neighbor::<crate::engine::search::SquaredFirst>(i, LENGTHS.large_m, |j, r, _| {
+            near.for_each_neighbor::<SquaredFirst>(i, LENGTHS.large_m, |j, r, _| {
                 found.push(named(j as u32, r));
             });
             expected.sort_unstable();
