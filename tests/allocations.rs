@@ -121,6 +121,12 @@ fn every_search_by_buckets() {
 }
 
 #[test]
+fn periodic_ends() {
+    let sets = ["particle_distance_m=0.075", "domain.periodic=[\"z\"]"];
+    steps_allocate_nothing("dam-break", &sets, "fast", 300, |_| ());
+}
+
+#[test]
 fn a_counted_allocation_is_seen() {
     let _turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let seen = allocated(|| drop(std::hint::black_box(vec![0_u8; 777])));

@@ -120,5 +120,8 @@ proptest! {
         for (name, found) in others {
             prop_assert_eq!(&list, &found, "{} must visit neighbours in the same order", name);
         }
+        // In an order of their own.
+        let clusters = neighbors_in::<Clusters, SquaredFirst>(domain, &positions, radius, reach, &workers);
+        prop_assert_eq!(sorted(clusters), sorted(list));
     }
 }

@@ -304,8 +304,6 @@ pub fn build(
         Search::NeighborList => another::<NeighborList<u32>, NeighborList<Moved>>(textbook, plan),
         Search::Soa => another::<Soa, Periodic<Soa>>(textbook, plan),
         Search::Aosoa => another::<Aosoa, Periodic<Aosoa>>(textbook, plan),
-        // Walks across periodic ends have no clusters yet: relocation serves them.
-        Search::Clusters if plan.0.domain.periodic != [false; 3] => relocated(plan),
         Search::Clusters => composed(Clusters::new, stages::<Clusters, SquaredFirst>, plan),
     }
 }

@@ -9,7 +9,7 @@ use super::matrix::{Block, Resting};
 use super::{from_lanes, load, walk};
 use crate::base::simd::{Kernel, LANES, Simd};
 use crate::engine::kernel;
-use crate::engine::search::clusters::{Clusters, Lists};
+use crate::engine::search::clusters::{Clusters, Lists, with_pressure};
 
 /// `c_ij` of all lanes, and where it is not zero.
 #[derive(Clone, Copy)]
@@ -85,8 +85,7 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
         } = self;
         let coefficients = Coefficients::new(s, kernel, coefficient);
         let Block { touching, resting_ends, .. } = moving;
-        let of_walls = [&clusters.wall_mobile];
-        let of_mobile = [&clusters.mobile[1], &clusters.mobile[2]];
+        let (of_walls, of_mobile) = (&clusters.wall_mobile[..], with_pressure(&clusters.mobile));
         entries.clear();
         touching.clear();
         resting_ends.clear();
@@ -101,27 +100,16 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
             }
             if unknown[row] != 0 {
                 let cluster = row + first_slot / LANES;
-                let mut sum = s.splat(start.compressibility);
+                let sum = s.splat(start.compressibility);
                 let (resting, lists) = match row < start.walls {
-                    true => (s.load(&start.resting_diagonal[row]), &of_walls[..]),
-                    false => (s.splat(0.0), &of_mobile[..]),
+                    true => (s.load(&start.resting_diagonal[row]), of_walls),
+                    false => (s.splat(0.0), of_mobile),
                 };
-                for lists in lists {
-                    let more = append(
-                        s,
-                        coefficients,
-                        clusters,
-                        lists,
-                        cluster,
-                        first_slot,
-                        unknown,
-                        unknown[row],
-                        entries,
-                        &mut touch,
-                    );
-                    sum = s.add(sum, more);
-                }
-                sum = s.add(sum, resting);
+                let rows = (cluster, first_slot);
+                let wanted = (unknown, unknown[row]);
+                let sum =
+                    append_all(s, coefficients, clusters, lists, rows, wanted, entries, &mut touch, sum);
+                let sum = s.add(sum, resting);
                 s.store(s.select(s.mask(unknown[row]), sum, s.splat(1.0)), diagonal);
             }
             touching.push(touch);
@@ -130,19 +118,43 @@ impl<V: Kept> Kernel for Assemble<'_, V> {
     }
 }
 
-/// Appends the values that some lanes have in those columns of a list that have unknowns; returns the sum over all columns, and
-/// notes in `touch` which lanes are near a particle without.
+/// Appends the columns of several lists of a cluster, as [`append`] does; returns `sum` and that of all kept values.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "an inner loop of one kernel")]
-fn append<S: Simd, V: Kept>(
+fn append_all<S: Simd, V: Kept>(
+    s: S,
+    coefficients: Coefficients<S>,
+    clusters: &Clusters,
+    lists: &[Lists],
+    (cluster, first_slot): (usize, usize),
+    wanted: (&[u8], u8),
+    entries: &mut Entries<V>,
+    touch: &mut u8,
+    mut sum: S::F,
+) -> S::F {
+    for lists in lists {
+        let rows = (cluster, first_slot);
+        let more = if lists.over().are_images() {
+            append::<S, V, true>(s, coefficients, clusters, lists, rows, wanted, entries, touch)
+        } else {
+            append::<S, V, false>(s, coefficients, clusters, lists, rows, wanted, entries, touch)
+        };
+        sum = s.add(sum, more);
+    }
+    sum
+}
+
+/// Appends the values that some lanes have in those columns of a list that have unknowns; returns the sum over all columns, and
+/// notes in `touch` which lanes are near a particle without. The column of an image is that of its particle, which a row may thus have twice.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "an inner loop of one kernel")]
+fn append<S: Simd, V: Kept, const IMAGES: bool>(
     s: S,
     coefficients: Coefficients<S>,
     clusters: &Clusters,
     lists: &Lists,
-    cluster: usize,
-    first_slot: usize,
-    unknown: &[u8],
-    of_lanes: u8,
+    (cluster, first_slot): (usize, usize),
+    (unknown, of_lanes): (&[u8], u8),
     entries: &mut Entries<V>,
     touch: &mut u8,
 ) -> S::F {
@@ -157,7 +169,7 @@ fn append<S: Simd, V: Kept>(
         let (c, within) = coefficients.of(s, &points[j], &x, s.mask(choice));
         let (c, bits) = (V::kept(s, c), s.bits(within));
         sum = s.add(sum, c);
-        let column = j - first_slot;
+        let column = if IMAGES { clusters.slots.home(j) } else { j } - first_slot;
         let counts = unknown[column / LANES] >> (column % LANES) & 1 == 1;
         *touch |= if counts { 0 } else { bits };
         let wanted = if counts { bits & of_lanes } else { 0 };
@@ -216,22 +228,12 @@ impl<V: Kept> Kernel for AssembleResting<'_, V> {
         always_end.clear();
         touching.clear();
         for (cluster, diagonal) in pieces.zip(diagonal) {
-            let (lists, all, mut touch) = (&clusters.wall[1], 0xFF, 0);
-            let sum = append(
-                s,
-                coefficients,
-                clusters,
-                lists,
-                cluster,
-                first_slot,
-                always,
-                all,
-                entries,
-                &mut touch,
-            );
+            let (lists, rows, mut touch) = (with_pressure(&clusters.wall), (cluster, first_slot), 0);
+            let (none, always, others) = (s.splat(0.0), (always, 0xFF), (others, 0xFF));
+            let sum = append_all(s, coefficients, clusters, lists, rows, always, entries, &mut touch, none);
             always_end.push(entries.end());
             touching.push(touch);
-            append(s, coefficients, clusters, lists, cluster, first_slot, others, all, entries, &mut 0);
+            append_all(s, coefficients, clusters, lists, rows, others, entries, &mut 0, none);
             s.store(sum, diagonal);
             entries.end_cluster();
         }

@@ -18,7 +18,7 @@ use std::ops::Range;
 pub struct ClusterCollisions {
     distance_m: f64,
     impact: Impact,
-    /// The close pairs of each chunk of clusters: `i`, `j`.
+    /// The close pairs of each chunk of clusters: `i`, and the slot of `j`.
     found: Vec<Vec<(u32, u32)>>,
     velocity_after: Vec<Vec3>,
 }
@@ -49,18 +49,20 @@ impl ClusterCollisions {
         if self.found.iter().all(Vec::is_empty) {
             return false;
         }
-        let (velocity, position) = (&state.particles.velocity, &state.particles.position);
-        let bucket = &state.buckets().of_particle;
+        let (velocity, grid, slots) = (&state.particles.velocity, &state.buckets().grid, &clusters.slots);
         self.velocity_after.copy_from_slice(velocity);
         for found in &mut self.found {
-            found.sort_unstable_by_key(|&(i, j)| (i, bucket[j as usize], j));
+            found.sort_unstable_by_key(|&(i, slot)| {
+                (i, grid.layers(slots.place(slot as usize)), slots.particle[slot as usize])
+            });
             for pairs in found.chunk_by(|a, b| a.0 == b.0) {
                 let i = pairs[0].0 as usize;
-                let mut u_i = velocity[i];
-                for &(_, j) in pairs {
-                    let r_ij = sub(position[j as usize], position[i]);
+                let (mut u_i, here) = (velocity[i], slots.place(slots.of_particle[i] as usize));
+                for &(_, slot) in pairs {
+                    let (slot, j) = (slot as usize, slots.particle[slot as usize] as usize);
+                    let r_ij = sub(slots.place(slot), here);
                     let r = dot(r_ij, r_ij).sqrt();
-                    if !self.impact.with(&mut u_i, velocity[j as usize], r_ij, r) {
+                    if !self.impact.with(&mut u_i, velocity[j], r_ij, r) {
                         broken.record(i);
                     }
                 }
@@ -119,7 +121,7 @@ impl Kernel for Find<'_> {
                     let mut hits = s.bits(s.below(s.dot(r, r), close)) & choice;
                     while hits != 0 {
                         let i = particle[cluster * LANES + hits.trailing_zeros() as usize];
-                        found.push((i, particle[j]));
+                        found.push((i, j as u32));
                         hits &= hits - 1;
                     }
                 }

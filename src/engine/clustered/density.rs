@@ -36,13 +36,7 @@ impl ClusterDensity {
             self.resting.clear();
             self.resting.resize(walls.len(), [0.0; LANES]);
             fill(&mut self.resting, walls.start, team, |pieces, n| {
-                dispatch(Sum {
-                    clusters,
-                    lists: [&clusters.wall[0], &clusters.wall[1]],
-                    pieces,
-                    kernel: self.kernel,
-                    n,
-                });
+                dispatch(Sum { clusters, lists: &clusters.wall, pieces, kernel: self.kernel, n });
             });
         }
         self.n.resize(rows.clusters(), [0.0; LANES]);
@@ -50,12 +44,11 @@ impl ClusterDensity {
         wall_n.copy_from_slice(&self.resting);
         let kernel = self.kernel;
         fill(wall_n, rows.walls().start, team, |pieces, n| {
-            dispatch(Sum { clusters, lists: [&clusters.wall_mobile], pieces, kernel, n });
+            dispatch(Sum { clusters, lists: &clusters.wall_mobile, pieces, kernel, n });
         });
         mobile_n.fill([0.0; LANES]);
-        let [dummies, walls, mobile] = &clusters.mobile;
         fill(mobile_n, rows.mobile().start, team, |pieces, n| {
-            dispatch(Sum { clusters, lists: [dummies, walls, mobile], pieces, kernel, n });
+            dispatch(Sum { clusters, lists: &clusters.mobile, pieces, kernel, n });
         });
     }
 
@@ -83,15 +76,15 @@ fn fill(n: &mut [Numbers], first: usize, team: Team<'_>, sum: impl Fn(Range<usiz
     });
 }
 
-struct Sum<'a, const N: usize> {
+struct Sum<'a> {
     clusters: &'a Clusters,
-    lists: [&'a Lists; N],
+    lists: &'a [Lists],
     pieces: Range<usize>,
     kernel: kernel::Kernel,
     n: &'a mut [Numbers],
 }
 
-impl<const N: usize> Kernel for Sum<'_, N> {
+impl Kernel for Sum<'_> {
     type Out = ();
 
     #[inline(always)]

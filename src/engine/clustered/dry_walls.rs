@@ -18,7 +18,7 @@ use crate::engine::pressure::enclosed::EnclosedParts;
 use crate::engine::pressure::matrix::{SparseMatrix, Storage};
 use crate::engine::pressure::preconditioner::{Places, Preconditioning};
 use crate::engine::pressure::system_matrix::System;
-use crate::engine::search::clusters::Clusters;
+use crate::engine::search::clusters::{Clusters, Lists, with_pressure};
 
 /// How many lists from the fluid walls still have a row.
 const KEPT: usize = 2;
@@ -110,7 +110,7 @@ impl DryWalls {
         }
         left_out.resize(walls.len(), true);
         for cluster in walls.clone() {
-            if !clusters.wall_mobile.of(cluster).all.is_empty() {
+            if clusters.wall_mobile.iter().any(|lists| !lists.of(cluster).all.is_empty()) {
                 left_out[cluster - walls.start] = false;
                 border.push(cluster as u32);
             }
@@ -118,10 +118,13 @@ impl DryWalls {
         for _ in 0..KEPT {
             next.clear();
             for &cluster in border.iter() {
-                for &neighbor in clusters.wall[1].clusters_of(cluster as usize) {
-                    if std::mem::replace(&mut left_out[neighbor as usize - walls.start], false) {
-                        next.push(neighbor);
+                let mut keep = |neighbor: usize| {
+                    if std::mem::replace(&mut left_out[neighbor - walls.start], false) {
+                        next.push(neighbor as u32);
                     }
+                };
+                for lists in with_pressure(&clusters.wall) {
+                    show_listed(clusters, lists, cluster as usize, &mut keep);
                 }
             }
             std::mem::swap(border, next);
@@ -156,5 +159,14 @@ impl DryWalls {
             + self.unknown.capacity()
             + self.left_out.capacity()
             + (self.border.capacity() + self.next.capacity()) * size_of::<u32>()
+    }
+}
+
+/// Shows the clusters of walls that have slots in a cluster's list, or images there.
+fn show_listed(clusters: &Clusters, lists: &Lists, cluster: usize, show: &mut impl FnMut(usize)) {
+    if lists.over().are_images() {
+        lists.of(cluster).all.iter().for_each(|&image| show(clusters.slots.home(image as usize) / LANES));
+    } else {
+        lists.clusters_of(cluster).iter().for_each(|&listed| show(listed as usize));
     }
 }

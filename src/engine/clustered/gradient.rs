@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::{add_weighted, from_lanes, load, walk};
 use crate::base::simd::{Kernel, LANES, Simd};
 use crate::engine::kernel;
-use crate::engine::search::clusters::{Clusters, Lanes};
+use crate::engine::search::clusters::{Clusters, Lanes, with_pressure};
 
 /// Sums of some clusters of fluid and bodies; pressures stand beside the points of slots.
 pub struct Gradient<'a> {
@@ -33,7 +33,7 @@ impl Kernel for Gradient<'_> {
             let own: [f64; LANES] = std::array::from_fn(|k| points[first + k][3]);
             let zero = s.splat(0.0);
             let (mut least, mut weighted, mut plain) = (s.load(&own), [zero; 3], [zero; 3]);
-            for lists in &clusters.mobile[1..] {
+            for lists in with_pressure(&clusters.mobile) {
                 let near = lists.of(cluster);
                 for (j, choice) in walk(near, near.reaching(small)) {
                     let point = &points[j];

@@ -137,7 +137,7 @@ impl<V: Kept> ClusterPressure<V> {
             dry_walls.leave_out(&state.candidates, rows, unknown);
         }
         let unknown = &self.matrix.unknown;
-        let particles = &state.candidates.slots.particle[rows.first_slot()..];
+        let particles = &state.candidates.slots.particle[rows.slots()];
         self.particle_of.resize(rows.rows(), NONE);
         team.fill(Rows::new(&mut self.particle_of), |range, particle_of| {
             for (row, own) in range.zip(particle_of) {
@@ -218,12 +218,13 @@ impl<V: Kept> ClusterPressure<V> {
         let (solution, first) = (self.solver.solution(), self.rows.first_slot());
         let known = |row| self.dry_walls.as_ref().and_then(|dry_walls| dry_walls.pressure(row));
         let pressure = |row: usize| known(row).unwrap_or(solution[row]).max(0.0);
-        let team = state.workers.scheduled();
-        team.evenly().fill(Rows::new(&mut state.candidates.slots.points[first..]), |range, points| {
+        let (team, slots) = (state.workers.scheduled(), &mut state.candidates.slots);
+        team.evenly().fill(Rows::new(&mut slots.points[self.rows.slots()]), |range, points| {
             for (row, point) in range.zip(points) {
                 point[3] = pressure(row);
             }
         });
+        slots.show_pressures_to_images();
         scatter(&mut state.particles.pressure, &state.candidates.slots, first, team, |_, slot, p| {
             *p = pressure(slot - first);
         });

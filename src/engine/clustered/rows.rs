@@ -36,6 +36,11 @@ impl RowSpace {
         self.clusters() * LANES
     }
 
+    /// The slots of the rows.
+    pub fn slots(&self) -> Range<usize> {
+        self.first_slot()..self.mobile.end * LANES
+    }
+
     /// The slot of row 0.
     pub fn first_slot(&self) -> usize {
         self.walls.start * LANES

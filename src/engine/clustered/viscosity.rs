@@ -77,7 +77,7 @@ impl ClusterViscosity {
     }
 
     /// Takes up the velocities; tells which sections move at all.
-    fn gather(&mut self, state: &State<Clusters>) -> [bool; 3] {
+    fn gather(&mut self, state: &State<Clusters>) -> [bool; 6] {
         let slots = &state.candidates.slots;
         let Particles { velocity, temperature, concentration, .. } = &state.particles;
         let carried = self.diffusing.as_ref().map(|diffusing| match diffusing.carried {
@@ -163,7 +163,7 @@ struct Sum<'a, const DIFFUSES: bool> {
     clusters: &'a Clusters,
     pieces: Range<usize>,
     velocity: &'a [[f64; 4]],
-    moving: [bool; 3],
+    moving: [bool; 6],
     radius_m: f64,
     sums: &'a mut [Sums],
 }
@@ -181,8 +181,8 @@ impl<const DIFFUSES: bool> Kernel for Sum<'_, DIFFUSES> {
             let zero = s.splat(0.0);
             let (mut weight, mut weighted) = (zero, [zero; 3]);
             let (mut of_mobile, mut carried) = (zero, zero);
-            for section in Section::ALL {
-                let near = clusters.mobile[section as usize].of(cluster);
+            for lists in &clusters.mobile {
+                let (near, section) = (lists.of(cluster), lists.over());
                 for (j, choice) in walk(near, near.all) {
                     let r = from_lanes(s, &points[j], &x);
                     let r2 = s.dot(r, r);
@@ -193,7 +193,7 @@ impl<const DIFFUSES: bool> Kernel for Sum<'_, DIFFUSES> {
                         let u = &velocity[j];
                         add_weighted(s, &mut weighted, w, [s.splat(u[0]), s.splat(u[1]), s.splat(u[2])]);
                     }
-                    if DIFFUSES && section == Section::Mobile {
+                    if DIFFUSES && section.are_mobile() {
                         of_mobile = s.add(of_mobile, w);
                         carried = s.mul_add(w, s.splat(velocity[j][3]), carried);
                     }

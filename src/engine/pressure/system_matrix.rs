@@ -24,7 +24,8 @@ pub trait SystemMatrix: Sync {
     /// on the row alone, so that the bits do not depend on who multiplies what.
     fn multiply_rows(&self, first: usize, x: &[f64], y: &mut [f64]);
 
-    /// Shows the column and the value of each entry beside the diagonal, always in the same order, none twice.
+    /// Shows the column and the value of each entry beside the diagonal, always in the same order; none twice, unless a period is
+    /// shorter than two radii: a particle then meets another from both sides, and the entries of one column add up.
     fn for_each_entry(&self, row: usize, visit: impl FnMut(u32, f64));
 
     /// Whether eight rows at a time share their columns, so that [`add_up_by_box`](SystemMatrix::add_up_by_box) is there.

@@ -161,6 +161,16 @@ impl Grid {
         Some(bucket)
     }
 
+    /// Where along each axis the bucket of a position stands, in the order of buckets' numbers. Buckets are counted on beyond the ends
+    /// of periodic axes.
+    pub fn layers(&self, position: Vec3) -> [i32; 3] {
+        [0, 1, 2].map(|d| {
+            let layer = ((position[d] - self.domain.low[d]) / self.side[d]).floor() as i32;
+            let last = (self.cells[d] - 1 - 2 * self.reach[d]) as i32;
+            if self.domain.periodic[d] { layer } else { layer.clamp(0, last) }
+        })
+    }
+
     /// The buckets around `bucket` that a radius reaches, itself among them: x outermost, then y, then z; 27 of them
     /// where a bucket is as long as the radius, 125 where it is half as long.
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! Any search in a domain that repeats itself along some axes.
+//! Any search by buckets in a domain that repeats itself along some axes.
 //!
 //! The border of the grid stands for the buckets at the other end: a walk that enters it is given that bucket's particles,
 //! moved by a period. Two additions a candidate and a table of five bytes a bucket; scenes without periodic axes have

@@ -24,7 +24,7 @@ pub struct Grid {
 }
 
 /// One section's particles in the cells.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Cells {
     /// Where each cell's particles begin in the order of [`Cells::sort`]; one entry more than there are cells.
     start: Vec<u32>,

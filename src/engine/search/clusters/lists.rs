@@ -201,6 +201,12 @@ impl Lists {
         });
     }
 
+    /// The section whose particles they name.
+    #[inline(always)]
+    pub fn over(&self) -> Section {
+        self.over
+    }
+
     /// The list of a cluster.
     #[inline(always)]
     pub fn of(&self, cluster: usize) -> Near<'_> {
@@ -232,6 +238,11 @@ impl Lists {
         };
         self.chunks.iter().map(bytes).sum()
     }
+}
+
+/// Those among lists of one section that are over what has a pressure.
+pub fn with_pressure(lists: &[Lists]) -> &[Lists] {
+    &lists[lists.iter().take_while(|lists| lists.over.are_dummies()).count()..]
 }
 
 struct Build<'a> {

@@ -8,8 +8,11 @@
 //! (Pall & Hess, Computer Physics Communications 184, 2013).
 //!
 //! Walls do not move in most scenes: they are sorted and their lists among themselves made once.
+//!
+//! Across the ends of periodic axes lists name [`images`], which have slots of their own: a walk knows nothing of periods.
 
 mod cells;
+mod images;
 mod lists;
 mod slots;
 #[cfg(test)]
@@ -20,14 +23,15 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use crate::base::parallel::{Rows, Team, Workers};
 use crate::base::simd::LANES;
-use crate::base::vec3::{Vec3, ZERO, dot, sub};
+use crate::base::vec3::{Vec3, ZERO, add, dot, sub};
 use crate::engine::columns::{Column, Visitor};
 use crate::engine::particles::Kind;
 use crate::engine::search::grid::{self, Buckets};
 use crate::engine::search::{CandidateSearch, Lengths, NONE, Now};
 use cells::{Cells, Grid};
+use images::Images;
 use lists::{Around, Candidates, Crossed};
-pub use lists::{CHUNK, Lists, Near, Reach};
+pub use lists::{CHUNK, Lists, Near, Reach, with_pressure};
 pub use slots::{FAR, Lanes, Section, Slots};
 
 /// By how much lists reach further than the largest radius, in particle distances: as much as particles moved between the
@@ -43,19 +47,24 @@ pub struct Clusters {
     lengths: Lengths,
     pub slots: Slots,
     grid: Grid,
-    cells: [Cells; 3],
+    /// By section; empty where there are no images.
+    cells: [Cells; 6],
     crossed: Crossed,
     around_mobile: Around,
-    /// Of the mobile clusters over all three sections.
-    pub mobile: [Lists; 3],
-    /// Of the wall clusters over dummy walls and walls, made when walls move.
-    pub wall: [Lists; 2],
-    /// Of the wall clusters over mobile ones.
-    pub wall_mobile: Lists,
+    /// Found where there are images.
+    around_wall: Around,
+    /// `None` where no axis is periodic.
+    images: Option<Images>,
+    /// Of the mobile clusters over all sections, in their order; over images, where there are such.
+    pub mobile: Vec<Lists>,
+    /// Of the wall clusters over what rests, made when walls move.
+    pub wall: Vec<Lists>,
+    /// Of the wall clusters over what moves.
+    pub wall_mobile: Vec<Lists>,
     /// Counts how often walls were sorted: what was worked out from their places holds while it stays.
     pub walls_sorted: usize,
     /// The particles of each section.
-    members: [Vec<u32>; 3],
+    members: [Vec<u32>; 6],
     /// The kinds and positions that the lists were made from.
     kind: Vec<Kind>,
     built_at: Vec<Vec3>,
@@ -89,14 +98,16 @@ impl Clusters {
     fn build_static(&mut self, positions: &[Vec3], team: Team<'_>) {
         for section in [Section::DummyWall, Section::Wall] {
             self.sort(section, positions, team);
+            self.sort_images(section, team);
         }
         // Walls do not move towards one another.
         let Lengths { small_m, large_m, .. } = self.lengths;
         let reach = Reach { small_m, large_m };
         let mut around = Around::new(Section::Wall);
         around.find(&self.slots, &self.grid, large_m, team);
-        for (lists, cells) in self.wall.iter_mut().zip(&self.cells) {
-            lists.build(&self.slots, Candidates::Around(cells, &around), reach, team);
+        for lists in &mut self.wall {
+            let candidates = Candidates::Around(&self.cells[lists.over() as usize], &around);
+            lists.build(&self.slots, candidates, reach, team);
         }
         self.walls_sorted += 1;
     }
@@ -113,6 +124,34 @@ impl Clusters {
         );
         self.slots.renumber(section);
         self.slots.gather(section, positions, team);
+    }
+
+    fn sort_images(&mut self, of: Section, team: Team<'_>) {
+        let section = of.images();
+        if let Some(images) = &mut self.images {
+            images.sort(section, &mut self.cells[section as usize], &self.grid, &mut self.slots, team);
+        }
+    }
+
+    /// Finds the images of what moves, and of walls, if `walls_too`.
+    fn find_images(&mut self, positions: &[Vec3], walls_too: bool) {
+        let reach_m = self.reach().large_m;
+        let Some(images) = &mut self.images else { return };
+        for of in Section::HOMES {
+            // Those of walls serve lists with any skin.
+            let reach_m = if of.are_mobile() { reach_m } else { longest_m(self.lengths) };
+            if walls_too || of.are_mobile() {
+                images.find(of.images(), &self.members[of as usize], positions, reach_m);
+            }
+        }
+    }
+
+    /// How many particles and images each section has.
+    fn counts(&self) -> [usize; 6] {
+        Section::ALL.map(|section| match &self.images {
+            Some(images) if section.are_images() => images.count(section),
+            _ => self.members[section as usize].len(),
+        })
     }
 
     /// Whether the same particles are walls and dummy walls as when lists were made.
@@ -133,7 +172,12 @@ impl Clusters {
                     self.members[section as usize].push(i);
                 }
             }
-            self.slots.lay_out(self.members.each_ref().map(Vec::len), kinds.len());
+        }
+        self.find_images(positions, walls_too);
+        if anew || self.images.is_some() {
+            self.slots.lay_out(self.counts(), kinds.len());
+        }
+        if anew {
             for (slot, &kind) in self.slots.of_particle.iter_mut().zip(kinds) {
                 if section_of(kind).is_none() {
                     *slot = NONE;
@@ -144,18 +188,35 @@ impl Clusters {
             self.build_static(positions, team);
         }
         self.sort(Section::Mobile, positions, team);
-        let reach = self.reach();
-        self.around_mobile.find(&self.slots, &self.grid, reach.large_m, team);
-        for (lists, cells) in self.mobile.iter_mut().zip(&self.cells) {
-            lists.build(&self.slots, Candidates::Around(cells, &self.around_mobile), reach, team);
-        }
-        self.crossed.find(&self.mobile[Section::Wall as usize], &self.slots);
-        self.wall_mobile.build(&self.slots, Candidates::Crossed(&self.crossed), reach, team);
+        self.sort_images(Section::Mobile, team);
+        self.build_moving(team);
         self.built_at.resize(positions.len(), ZERO);
         team.evenly().fill(Rows::new(&mut self.built_at), |range, built_at| {
             built_at.copy_from_slice(&positions[range]);
         });
         self.moved_m = 0.0;
+    }
+
+    /// Makes the lists that name or belong to what moves.
+    fn build_moving(&mut self, team: Team<'_>) {
+        let (slots, reach) = (&self.slots, self.reach());
+        self.around_mobile.find(slots, &self.grid, reach.large_m, team);
+        for lists in &mut self.mobile {
+            let candidates = Candidates::Around(&self.cells[lists.over() as usize], &self.around_mobile);
+            lists.build(slots, candidates, reach, team);
+        }
+        let over_walls = self.mobile.iter().find(|lists| lists.over() == Section::Wall);
+        self.crossed.find(over_walls.expect("lists over each section"), slots);
+        if self.images.is_some() {
+            self.around_wall.find(slots, &self.grid, reach.large_m, team);
+        }
+        for lists in &mut self.wall_mobile {
+            let candidates = match lists.over() {
+                Section::Mobile => Candidates::Crossed(&self.crossed),
+                images => Candidates::Around(&self.cells[images as usize], &self.around_wall),
+            };
+            lists.build(slots, candidates, reach, team);
+        }
     }
 
     /// Calls `stop_at` for the particles within `radius` of particle `i` until it returns true. Compiled once, with a virtual
@@ -167,31 +228,49 @@ impl Clusters {
         radius: f64,
         stop_at: &mut dyn FnMut(usize, &Vec3) -> bool,
     ) -> bool {
-        let (here, radius2) = (positions[i], radius * radius);
-        let mut is_hit = |slot: usize| {
-            let j = self.slots.particle[slot] as usize;
-            let r = sub(positions[j], here);
-            dot(r, r) < radius2 && stop_at(j, &positions[j])
+        let Some(section) = section_of(self.kind[i]) else { return false };
+        let (slot, here, radius2) = (self.slots.of_particle[i] as usize, positions[i], radius * radius);
+        let of_slot = &self.slots.particle;
+        let mut is_hit = |slot: usize, there: Vec3| {
+            let r = sub(there, here);
+            dot(r, r) < radius2 && stop_at(of_slot[slot] as usize, &there)
         };
-        let cluster = self.slots.of_particle[i] as usize / LANES;
-        let lists: [Option<&Lists>; 3] = match section_of(self.kind[i]) {
-            Some(Section::Mobile) => self.mobile.each_ref().map(Some),
-            Some(Section::Wall) => [Some(&self.wall[0]), Some(&self.wall[1]), Some(&self.wall_mobile)],
-            Some(Section::DummyWall) => return self.any_around(here, is_hit),
-            None => return false,
+        if self.images.is_none() {
+            return self
+                .any_slot(section, slot, here, |slot| is_hit(slot, positions[of_slot[slot] as usize]));
+        }
+        // A particle that crossed an end has its slot still beyond it, and so have those around it.
+        let place = self.slots.place(slot);
+        let crossed = sub(here, place);
+        self.any_slot(section, slot, place, |slot| is_hit(slot, add(self.slots.place(slot), crossed)))
+    }
+
+    /// Calls `stop_at` for the slots that the list of a slot at `place` names.
+    fn any_slot(
+        &self,
+        section: Section,
+        slot: usize,
+        place: Vec3,
+        mut stop_at: impl FnMut(usize) -> bool,
+    ) -> bool {
+        let lists: [&[Lists]; 2] = match section {
+            Section::Mobile => [&self.mobile, &[]],
+            Section::Wall => [&self.wall, &self.wall_mobile],
+            _ => return self.any_around(place, stop_at),
         };
+        let cluster = slot / LANES;
         lists
             .into_iter()
             .flatten()
-            .any(|lists| lists.of(cluster).all.iter().any(|&slot| is_hit(slot as usize)))
+            .any(|lists| lists.of(cluster).all.iter().any(|&slot| stop_at(slot as usize)))
     }
 
     /// Looks at all particles around a place that has no list.
     fn any_around(&self, place: Vec3, mut is_hit: impl FnMut(usize) -> bool) -> bool {
         let mut runs = Vec::new();
         self.grid.runs(place, place, self.reach().large_m, &mut runs);
-        Section::ALL.into_iter().zip(&self.cells).any(|(section, cells)| {
-            let first = self.slots.of(section).start;
+        self.mobile.iter().any(|lists| {
+            let (first, cells) = (self.slots.of(lists.over()).start, &self.cells[lists.over() as usize]);
             runs.iter().any(|&run| cells.in_run(run).any(|k| is_hit(first + k)))
         })
     }
@@ -200,7 +279,9 @@ impl Clusters {
     fn furthest(&self, positions: &[Vec3], team: Team<'_>) -> f64 {
         let mobile = &self.members[Section::Mobile as usize];
         let square = |&i: &u32| {
-            let moved = sub(positions[i as usize], self.built_at[i as usize]);
+            let (x, built_at) = (positions[i as usize], self.built_at[i as usize]);
+            let x = self.images.as_ref().map_or(x, |images| images.nearest(x, built_at));
+            let moved = sub(x, built_at);
             dot(moved, moved)
         };
         // Of numbers that are not negative the bits are in the numbers' order.
@@ -211,6 +292,11 @@ impl Clusters {
         });
         f64::from_bits(furthest.into_inner()).sqrt()
     }
+}
+
+/// The farthest that lists with any skin reach, metres.
+fn longest_m(lengths: Lengths) -> f64 {
+    lengths.large_m + MOST_SKIN * lengths.particle_distance_m
 }
 
 /// What short lists get beyond their share.
@@ -237,18 +323,26 @@ fn section_of(kind: Kind) -> Option<Section> {
 
 impl CandidateSearch for Clusters {
     fn new(grid: &grid::Grid, lengths: Lengths, _count: usize) -> Self {
-        let grid = Grid::new(grid.domain(), lengths.particle_distance_m);
-        let cells = || Cells::new(&grid);
+        let images = Images::of(grid.domain());
+        let grid =
+            Grid::new(&Images::with_ends(grid.domain(), longest_m(lengths)), lengths.particle_distance_m);
+        let is_there = |section: &Section| images.is_some() || !section.are_images();
+        let sections: Vec<Section> = Section::ALL.into_iter().filter(is_there).collect();
+        let cells = |section: Section| if is_there(&section) { Cells::new(&grid) } else { Cells::default() };
+        let (moving, resting): (Vec<Section>, _) = sections.iter().partition(|section| section.are_mobile());
+        let lists = |of: Section, over: &[Section]| over.iter().map(|&over| Lists::new(of, over)).collect();
         Clusters {
             lengths,
             slots: Slots::default(),
-            cells: [cells(), cells(), cells()],
-            grid,
+            cells: Section::ALL.map(cells),
             crossed: Crossed::default(),
             around_mobile: Around::new(Section::Mobile),
-            mobile: Section::ALL.map(|over| Lists::new(Section::Mobile, over)),
-            wall: [Section::DummyWall, Section::Wall].map(|over| Lists::new(Section::Wall, over)),
-            wall_mobile: Lists::new(Section::Wall, Section::Mobile),
+            around_wall: Around::new(Section::Wall),
+            mobile: lists(Section::Mobile, &sections),
+            wall: lists(Section::Wall, &resting),
+            wall_mobile: lists(Section::Wall, &moving),
+            grid,
+            images,
             walls_sorted: 0,
             members: Default::default(),
             kind: Vec::new(),
@@ -285,6 +379,9 @@ impl CandidateSearch for Clusters {
             }
             if self.reaches(now.radius_m) {
                 self.slots.gather(Section::Mobile, now.position, team);
+                if let Some(images) = &self.images {
+                    images.follow(&mut self.slots, now.position, &self.built_at);
+                }
                 return;
             }
         }
@@ -349,12 +446,14 @@ impl CandidateSearch for Clusters {
     }
 
     fn bytes(&self) -> usize {
-        let lists = self.mobile.iter().chain(&self.wall).chain([&self.wall_mobile]);
+        let lists = self.mobile.iter().chain(&self.wall).chain(&self.wall_mobile);
         self.slots.bytes()
             + self.members.iter().map(Vec::capacity).sum::<usize>() * size_of::<u32>()
             + self.cells.iter().map(Cells::bytes).sum::<usize>()
             + self.crossed.bytes()
             + self.around_mobile.bytes()
+            + self.around_wall.bytes()
+            + self.images.as_ref().map_or(0, Images::bytes)
             + lists.map(Lists::bytes).sum::<usize>()
             + self.kind.capacity()
             + self.built_at.capacity() * size_of::<Vec3>()
