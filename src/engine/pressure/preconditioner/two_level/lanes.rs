@@ -198,8 +198,9 @@ impl LaneBoxes {
     pub fn bytes(&self) -> usize {
         let values = size_of::<u32>() + size_of::<[f32; LANES]>();
         let ends = |block: &Block| block.ends.capacity() * size_of::<u32>();
-        let spare = |spare: &Box<Gathering>| size_of::<Gathering>() + spare.boxes.capacity() * values;
-        self.boxes.capacity() * values + self.blocks.iter().map(ends).sum::<usize>() + self.spare.bytes(spare)
+        self.boxes.capacity() * values
+            + self.blocks.iter().map(ends).sum::<usize>()
+            + self.spare.bytes(|spare| size_of::<Gathering>() + spare.boxes.capacity() * values)
     }
 }
 
