@@ -25,8 +25,6 @@ pub trait Simd: Copy + Send + Sync {
     fn store(self, value: Self::F, to: &mut [f64; LANES]);
     /// Widens eight 32-bit numbers.
     fn load_narrow(self, from: &[f32; LANES]) -> Self::F;
-    /// Rounds to 32-bit numbers.
-    fn store_narrow(self, value: Self::F, to: &mut [f32; LANES]);
     /// The nearest 32-bit numbers.
     fn narrowed(self, value: Self::F) -> Self::F;
     /// Gives the numbers, in turn, to the lanes of `bits`, and zero to the others.
@@ -206,9 +204,6 @@ plain! {
     fn load_narrow(from: &[f32; LANES]) -> [f64; LANES] {
         each(|k| f64::from(from[k]))
     }
-    fn store_narrow(value: [f64; LANES], to: &mut [f32; LANES]) {
-        *to = value.map(|v| v as f32);
-    }
     fn narrowed(value: [f64; LANES]) -> [f64; LANES] {
         value.map(|v| f64::from(v as f32))
     }
@@ -307,9 +302,6 @@ intrinsics!(Avx512, __m512d, __mmask8, {
     fn load_narrow(from: &[f32; LANES]) -> __m512d {
         _mm512_cvtps_pd(_mm256_loadu_ps(from.as_ptr()))
     }
-    fn store_narrow(value: __m512d, to: &mut [f32; LANES]) {
-        _mm256_storeu_ps(to.as_mut_ptr(), _mm512_cvtpd_ps(value))
-    }
     fn narrowed(value: __m512d) -> __m512d {
         _mm512_cvtps_pd(_mm512_cvtpd_ps(value))
     }
@@ -399,10 +391,6 @@ intrinsics!(Avx2, Pair, Pair, {
     }
     fn load_narrow(from: &[f32; LANES]) -> Pair {
         [_mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr())), _mm256_cvtps_pd(_mm_loadu_ps(from[4..].as_ptr()))]
-    }
-    fn store_narrow(value: Pair, to: &mut [f32; LANES]) {
-        _mm_storeu_ps(to.as_mut_ptr(), _mm256_cvtpd_ps(value[0]));
-        _mm_storeu_ps(to[4..].as_mut_ptr(), _mm256_cvtpd_ps(value[1]));
     }
     fn narrowed(value: Pair) -> Pair {
         [_mm256_cvtps_pd(_mm256_cvtpd_ps(value[0])), _mm256_cvtps_pd(_mm256_cvtpd_ps(value[1]))]
@@ -528,8 +516,7 @@ mod tests {
             let [a, b, c] = [s.load(&self.0[0]), s.load(&self.0[1]), s.load(&self.0[2])];
             let (below, some) = (s.below(a, b), s.mask(0b1011_0010));
             let chosen = s.bits(below);
-            let mut narrow = [0.0; LANES];
-            s.store_narrow(a, &mut narrow);
+            let narrow = self.0[0].map(|value| value as f32);
             let results = [
                 s.splat(self.0[0][3]),
                 s.load_narrow(&narrow),

@@ -145,7 +145,8 @@ fn append_all<S: Simd, V: Kept>(
 }
 
 /// Appends the values that some lanes have in those columns of a list that have unknowns; returns the sum over all columns, and
-/// notes in `touch` which lanes are near a particle without. The column of an image is that of its particle, which a row may thus have twice.
+/// notes in `touch` which lanes are near a particle without. The column of an image is that of its particle, which a row may thus have
+/// twice.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "an inner loop of one kernel")]
 fn append<S: Simd, V: Kept, const IMAGES: bool>(

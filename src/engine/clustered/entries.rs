@@ -70,6 +70,12 @@ pub(super) struct End {
 }
 
 impl End {
+    /// Where the k-th of clusters begins that end at `ends`.
+    #[inline(always)]
+    pub fn start_of(ends: &[End], k: usize) -> End {
+        if k == 0 { End::default() } else { ends[k - 1] }
+    }
+
     /// Values between an earlier place and this one.
     pub fn values_after(self, start: End) -> usize {
         (self.values - start.values) as usize
@@ -144,16 +150,10 @@ impl<V: Kept> Entries<V> {
         self.values.truncate(end.values as usize + values + LANES);
     }
 
-    /// Where the k-th cluster begins.
-    #[inline(always)]
-    pub fn start_of(&self, k: usize) -> End {
-        if k == 0 { End::default() } else { self.ends[k - 1] }
-    }
-
     /// Those of the k-th cluster that stand before `end`.
     #[inline(always)]
     pub fn up_to(&self, k: usize, end: End) -> Run<'_, V> {
-        let start = self.start_of(k);
+        let start = End::start_of(&self.ends, k);
         let range = start.columns as usize..end.columns as usize;
         Run {
             columns: &self.columns[range.clone()],

@@ -46,14 +46,6 @@ pub(super) struct Block {
     pub resting_ends: Vec<End>,
 }
 
-impl Block {
-    /// Where the k-th cluster begins.
-    #[inline(always)]
-    fn start_of(&self, k: usize) -> End {
-        if k == 0 { End::default() } else { self.ends[k - 1] }
-    }
-}
-
 #[derive(Debug)]
 pub struct ClusterMatrix<V> {
     kernel: kernel::Kernel,
@@ -234,7 +226,7 @@ impl<V: Kept> ClusterMatrix<V> {
             Some(&end) => self.resting[block].entries.up_to(k, end),
             None => Run::NONE,
         };
-        [resting, self.store.run(moving.place, moving.start_of(k), moving.ends[k])]
+        [resting, self.store.run(moving.place, End::start_of(&moving.ends, k), moving.ends[k])]
     }
 
     /// Values beside the diagonal that a product goes through.
@@ -243,8 +235,9 @@ impl<V: Kept> ClusterMatrix<V> {
         let of_cluster = |cluster: usize| {
             let (block, k) = (cluster / TOGETHER, cluster % TOGETHER);
             let moving = &self.moving[block];
-            let resting = |&end: &End| end.values_after(self.resting[block].entries.start_of(k));
-            moving.resting_ends.get(k).map_or(0, resting) + moving.ends[k].values_after(moving.start_of(k))
+            let resting = |&end: &End| end.values_after(End::start_of(self.resting[block].entries.ends(), k));
+            moving.resting_ends.get(k).map_or(0, resting)
+                + moving.ends[k].values_after(End::start_of(&moving.ends, k))
         };
         with_unknowns.map(of_cluster).sum()
     }
